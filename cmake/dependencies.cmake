@@ -1,0 +1,33 @@
+# Every third-party library, found once. Debian 12 packages: deploy/packages.txt.
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(TBB REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(Protobuf REQUIRED)
+find_package(gRPC CONFIG REQUIRED)
+find_package(assimp REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(Boost 1.74 REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
+if(CRUMPLE_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+
+# Bullet in double precision. Its own CMake file sets plain variables, so they become a target here.
+find_package(Bullet CONFIG REQUIRED CONFIGS BulletConfig-float64.cmake)
+add_library(bullet_float64 INTERFACE)
+target_include_directories(bullet_float64 SYSTEM INTERFACE ${BULLET_ROOT_DIR}/${BULLET_INCLUDE_DIR})
+target_compile_definitions(bullet_float64 INTERFACE BT_USE_DOUBLE_PRECISION)
+target_link_directories(bullet_float64 INTERFACE ${BULLET_ROOT_DIR}/${BULLET_LIBRARY_DIRS})
+
+# SuiteSparse ships no CMake package.
+add_library(cholmod INTERFACE)
+if(CRUMPLE_SUITESPARSE)
+  find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
+  find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
+  target_include_directories(cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_DIR})
+  target_link_libraries(cholmod INTERFACE ${CHOLMOD_LIBRARY})
+  target_compile_definitions(cholmod INTERFACE CRUMPLE_HAVE_CHOLMOD)
+endif()

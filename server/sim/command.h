@@ -1,0 +1,48 @@
+#pragma once
+
+#include "common/error.h"
+#include "common/types.h"
+
+#include <variant>
+#include <vector>
+
+// What a client may do to a running world.
+namespace crumple::sim {
+
+inline constexpr double kMaxForce = 1e12;     // [N]
+inline constexpr double kMaxImpulse = 1e9;    // [N s]
+inline constexpr double kMaxPosition = 1e6;   // [m]
+
+// Impulse at a point. Rigid and example-based bodies: at that point of the body (dents it, too). Finite-element
+// bodies: spread over the nodes within `radius` of the point by a smooth kernel, or on the nearest node if none is.
+struct ApplyImpulse {
+  BodyId body = 0;
+  Vec3 impulse = Vec3::Zero();  // in W [N s], |.| <= kMaxImpulse
+  Vec3 point = Vec3::Zero();    // in W [m]
+  double radius = 0.1;          // [m], 0 <= radius <= kMaxPosition
+};
+
+// The same with a force that acts for `duration`; each step gets force * dt.
+struct ApplyForce {
+  BodyId body = 0;
+  Vec3 force = Vec3::Zero();    // in W [N], |.| <= kMaxForce
+  Vec3 point = Vec3::Zero();    // in W [m]
+  double radius = 0.1;          // [m]
+  double duration = 0;          // [s], 0: one step
+};
+
+// Finite-element bodies: an impulse on a region given by node ids, shared by mass.
+struct ApplyNodeImpulse {
+  BodyId body = 0;
+  std::vector<int> nodes;
+  Vec3 impulse = Vec3::Zero();  // in W [N s]
+};
+
+using Command = std::variant<ApplyImpulse, ApplyForce, ApplyNodeImpulse>;
+
+struct ScriptedCommand {
+  double time = 0;  // applied at the first step whose start is at or after it [s]
+  Command command;
+};
+
+}  // namespace crumple::sim

@@ -1,0 +1,31 @@
+#include "server/sim/parallel_for.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cassert>
+
+namespace crumple::sim {
+
+struct ThreadPool::Impl {
+  int threads;
+  tbb::task_arena arena;
+};
+
+ThreadPool::ThreadPool(int threads) : impl_(new Impl{threads, tbb::task_arena(threads)}) { assert(threads >= 1); }
+ThreadPool::~ThreadPool() { delete impl_; }
+int ThreadPool::threads() const { return impl_->threads; }
+
+void ThreadPool::for_chunks(int count, int chunk, const std::function<void(int, int)>& body) const {
+  assert(chunk > 0);
+  const int chunks = (count + chunk - 1) / chunk;
+  const auto run = [&](int c) { body(c * chunk, std::min(count, (c + 1) * chunk)); };
+  if (impl_->threads == 1 || chunks <= 1) {
+    for (int c = 0; c < chunks; ++c) run(c);
+    return;
+  }
+  impl_->arena.execute([&] { tbb::parallel_for(0, chunks, run, tbb::simple_partitioner()); });
+}
+
+}  // namespace crumple::sim

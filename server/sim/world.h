@@ -1,0 +1,94 @@
+#pragma once
+
+#include "common/error.h"
+#include "common/frame.h"
+#include "server/sim/event.h"
+#include "server/sim/scene.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace crumple::sim {
+
+struct WorldOptions {
+  int threads = 1;  // bits do not depend on it
+};
+
+// Names and wall times are the lines of World::step; the clock belongs to the caller (`StageClock`).
+struct StageTime {
+  const char* name;
+  double ms;
+};
+
+struct StepReport {
+  std::uint64_t step = 0;
+  int contacts = 0;              // rows between soft bodies and anything
+  int solver_iterations = 0;     // sum over the islands
+  double worst_residual = 0;     // relative
+  int capped_solves = 0;         // solves that ended at their cap
+  int splits = 0;                // nodes split by fracture
+  int plastic_impulses = 0;      // above beta
+  double worst_penetration = 0;  // deepest contact found at the start of the step [m]
+};
+
+struct Energies {
+  double kinetic = 0, elastic = 0, gravitational = 0;  // [J]
+  Vec3 momentum = Vec3::Zero();                        // [kg m/s]
+  Vec3 angular_momentum = Vec3::Zero();                // about the origin of W [kg m^2/s]
+};
+
+// What a recording or a test reads of one finite-element body.
+struct FemView {
+  const std::vector<Tet>& tets;
+  const std::vector<Vec3>& x;
+  const std::vector<Vec3>& v;
+  const std::vector<Mat3>& plastic_strain;
+  std::vector<double> von_mises;  // one a tet [Pa]
+  int inverted = 0;               // tets of negative volume
+  int fragments = 0;              // face-connected components
+};
+
+// A world: bodies of all models in one space. Deterministic: the same scene and commands give the same bits, whatever
+// the number of threads. Not thread-safe; one thread owns it.
+class World {
+ public:
+  // Fails like validate(scene).
+  static Result<std::unique_ptr<World>> create(const SceneDescription& scene, const WorldOptions& options = {});
+  ~World();
+
+  // Takes effect at the start of the next step. Errors: unknown body, node ids out of range, non-finite or beyond the
+  // limits of command.h, a fixed body. Nothing changes on error.
+  Result<void> submit(const Command& command);
+
+  // One step of scene.dt. `now_ms`, if given, is called between stages to fill stage_times().
+  StepReport step();
+  void set_clock(double (*now_ms)());
+  const std::vector<StageTime>& stage_times() const;  // of the last step
+
+  double time() const;
+  std::uint64_t step_count() const;
+  double dt() const;
+  int body_count() const;
+  BodyId find(const std::string& name) const;  // body_count() if there is none
+  Pose pose(BodyId body) const;                // X_WB of the body's axes as in the scene; FEM: its mean position
+  Vec3 velocity(BodyId body) const;            // of the centre of mass [m/s]
+
+  const Topology& topology() const;
+  Frame capture(bool with_values = false) const;
+  std::vector<Event> take_events();            // since the last call, in order
+
+  Energies energies() const;
+  FemView fem(BodyId body) const;              // body must be a finite-element body
+  const Eigen::MatrixXd& example_weights(BodyId body) const;  // E, N x E; body must be example-based
+
+  // 64 bits over every double of the state, bit for bit.
+  std::uint64_t state_hash() const;
+
+ private:
+  World();
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace crumple::sim
