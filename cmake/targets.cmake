@@ -26,10 +26,11 @@ function(crumple_program name main)
   endif()
 endfunction()
 
-# One test executable a room, from every *_test.cpp of the folder; ctest runs each TEST on its own.
-#   crumple_tests(fem_tests crumple_fem)
+# One test executable a room, from every *_test.cpp of the folder; ctest runs each TEST on its own. Suites whose name
+# ends in Slow get the label `slow` (./test.sh --all runs them); THREADED marks those that run under ThreadSanitizer.
+#   crumple_tests(fem_tests crumple_fem THREADED)
 function(crumple_tests name)
-  cmake_parse_arguments(T "" "TIMEOUT" "" ${ARGN})
+  cmake_parse_arguments(T "THREADED" "TIMEOUT" "" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS *_test.cpp)
   if(NOT sources)
     return()
@@ -39,5 +40,12 @@ function(crumple_tests name)
   endif()
   add_executable(${name} ${sources})
   target_link_libraries(${name} PRIVATE ${T_UNPARSED_ARGUMENTS} crumple_test_support GTest::gmock GTest::gtest_main)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${T_TIMEOUT})
+  set(labels "")
+  if(T_THREADED)
+    set(labels threaded)
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 TEST_FILTER "-*Slow.*"
+                       PROPERTIES TIMEOUT ${T_TIMEOUT} LABELS "${labels}")
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 TEST_FILTER "*Slow.*"
+                       TEST_LIST ${name}_slow PROPERTIES TIMEOUT 1800 LABELS slow)
 endfunction()

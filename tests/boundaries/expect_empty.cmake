@@ -1,0 +1,4 @@
+file(READ ${FILE} content)
+if(content)
+  message(FATAL_ERROR "link closure:\n${content}")
+endif()
