@@ -61,6 +61,11 @@ class World {
   // limits of command.h, a fixed body. Nothing changes on error.
   Result<void> submit(const Command& command);
 
+  // Adds to the scene's script while the world runs: each command at the first step whose start is at or after its
+  // `time`, commands of equal time in the order given; times already past at the next step. Errors: like submit, the
+  // field being `script[i]...`, and a time that is not in [0, 1e9]. All commands are taken or none.
+  Result<void> schedule(const std::vector<ScriptedCommand>& script);
+
   // One step of scene.dt. `now_ms`, if given, is called between stages to fill stage_times().
   StepReport step();
   void set_clock(double (*now_ms)());
