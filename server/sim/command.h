@@ -3,6 +3,7 @@
 #include "common/error.h"
 #include "common/types.h"
 
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -27,21 +28,25 @@ struct ApplyForce {
   BodyId body = 0;
   Vec3 force = Vec3::Zero();    // in W [N], |.| <= kMaxForce
   Vec3 point = Vec3::Zero();    // in W [m]
-  double radius = 0.1;          // [m]
-  double duration = 0;          // [s], 0: one step
+  double radius = 0.1;          // [m], 0 <= radius <= kMaxPosition
+  double duration = 0;          // [s], 0: one step; at most 1e9
 };
 
 // Finite-element bodies: an impulse on a region given by node ids, shared by mass.
 struct ApplyNodeImpulse {
   BodyId body = 0;
-  std::vector<int> nodes;
-  Vec3 impulse = Vec3::Zero();  // in W [N s]
+  std::vector<int> nodes;       // one at least
+  Vec3 impulse = Vec3::Zero();  // in W [N s], |.| <= kMaxImpulse
 };
 
 using Command = std::variant<ApplyImpulse, ApplyForce, ApplyNodeImpulse>;
 
+// Every number finite and within its limit, node lists not empty. Whether body and nodes exist is for the caller.
+// `field` prefixes the error's path.
+Result<void> validate(const Command& command, const std::string& field);
+
 struct ScriptedCommand {
-  double time = 0;  // applied at the first step whose start is at or after it [s]
+  double time = 0;  // applied at the first step whose start is at or after it [s], [0, 1e9]
   Command command;
 };
 

@@ -17,11 +17,11 @@
 namespace crumple::sim {
 
 // ---- rigid shapes, in the body's axes -------------------------------------------------------------------------
-struct Box { Vec3 half_extents = Vec3::Constant(0.5); };                 // [m]
-struct Sphere { double radius = 0.5; };                                  // [m]
-struct Cylinder { double radius = 0.5; double half_length = 0.5; };      // axis along y [m]
+struct Box { Vec3 half_extents = Vec3::Constant(0.5); };                 // [m], each in [1e-4, 1e6]
+struct Sphere { double radius = 0.5; };                                  // [m], [1e-4, 1e6]
+struct Cylinder { double radius = 0.5; double half_length = 0.5; };      // axis along y [m], both in [1e-4, 1e6]
 struct Plane { Vec3 normal = Vec3::UnitY(); double offset = 0; };        // solid where normal . p < offset; fixed only
-struct ConvexHull { std::vector<Vec3> points; };                         // at least 4 points, not coplanar
+struct ConvexHull { std::vector<Vec3> points; };                         // 4 to 10,000 points, not coplanar
 struct TriangleShape { SurfaceMesh mesh; };                              // fixed bodies: exact; moving ones: GImpact
 using Shape = std::variant<Box, Sphere, Cylinder, Plane, ConvexHull, TriangleShape>;
 
@@ -32,15 +32,15 @@ struct PlacedShape {
 
 // ---- motion that a script prescribes ----------------------------------------------------------------------------
 struct PoseKey {
-  double time = 0;  // [s]
+  double time = 0;  // [s], [0, 1e9], ascending
   Pose pose;        // X_WB; linear in p, slerp in R, held before the first and after the last key
 };
 
 // Nodes of a finite-element body that follow a script: each key displaces the selected nodes rigidly, about the
 // body's origin, from where they are at t = 0. No keys: the nodes are held fixed.
 struct NodeMotion {
-  std::vector<int> nodes;
-  std::vector<PoseKey> keys;
+  std::vector<int> nodes;     // one at least, none twice in a body
+  std::vector<PoseKey> keys;  // at most 100,000
 };
 
 // ---- models --------------------------------------------------------------------------------------------------------
@@ -48,12 +48,12 @@ enum class RigidKind { dynamic, fixed, kinematic };
 
 struct RigidModel {
   RigidKind kind = RigidKind::dynamic;
-  std::vector<PlacedShape> shapes;
-  double density = 1000;                     // [kg/m^3]
-  double mass = 0;                           // [kg]; > 0 overrides density
-  double friction = 0.5;                     // [-]
-  double restitution = 0.1;                  // [-]
-  std::vector<PoseKey> motion;               // kinematic bodies
+  std::vector<PlacedShape> shapes;           // 1 to 1,000
+  double density = 1000;                     // [kg/m^3], (0, 1e6]
+  double mass = 0;                           // [kg], [0, 1e9]; > 0 overrides density
+  double friction = 0.5;                     // [-], [0, 10]
+  double restitution = 0.1;                  // [-], [0, 1]
+  std::vector<PoseKey> motion;               // kinematic bodies only; at most 100,000
   std::shared_ptr<const TetMesh> proxy;      // tets that stand for the body against soft ones, in body axes; null:
                                              // made from the shapes (not possible for TriangleShape)
   std::shared_ptr<const SurfaceMesh> render; // null: drawn from the shapes
@@ -62,54 +62,56 @@ struct RigidModel {
 struct FemModel {
   std::shared_ptr<const TetMesh> mesh;       // rest shape in the body's axes
   fem::FemMaterial material;
-  std::vector<NodeMotion> motions;           // fixed and scripted nodes
-  double clamp_limit = 0;                    // limit of the basis matrices' singular values [1/m]; 0: 20 / mean edge
+  std::vector<NodeMotion> motions;           // fixed and scripted nodes; at most 1,000
+  double clamp_limit = 0;                    // limit of the basis matrices' singular values [1/m], [0, 1e9];
+                                             // 0: 20 / mean edge
   std::shared_ptr<const SurfaceMesh> render; // embedded; null, or breakable: the tets' own surface is drawn
 };
 
 struct ExampleModel {
   std::shared_ptr<const example_based::ExampleSet> set;
   example_based::ExampleParameters parameters;
-  double density = 1000;                     // [kg/m^3], of rest volume times fill
-  double mass = 0;                           // [kg]; > 0 overrides density
-  double friction = 0.5;
+  double density = 1000;                     // [kg/m^3], of rest volume times fill, (0, 1e6]
+  double mass = 0;                           // [kg], [0, 1e9]; > 0 overrides density
+  double friction = 0.5;                     // [-], [0, 10]
 };
 
 struct BodyDescription {
-  std::string name;                          // unique in the scene
+  std::string name;                          // unique in the scene, 1 to 256 bytes
   Pose pose;                                 // X_WB at t = 0
-  Vec3 velocity = Vec3::Zero();              // [m/s], of the body's origin
-  Vec3 angular_velocity = Vec3::Zero();      // [rad/s], in W, about the body's origin
+  Vec3 velocity = Vec3::Zero();              // [m/s], of the body's origin, |.| <= 1e4
+  Vec3 angular_velocity = Vec3::Zero();      // [rad/s], in W, about the body's origin, |.| <= 1e4
   std::variant<RigidModel, FemModel, ExampleModel> model;
-  std::array<float, 3> colour{0.7f, 0.7f, 0.7f};
-  float opacity = 1.0f;
+  std::array<float, 3> colour{0.7f, 0.7f, 0.7f};  // linear RGB in [0, 1]
+  float opacity = 1.0f;                      // [0, 1]
 };
 
 // ---- contact of soft bodies (Parker & O'Brien 2009, section 6; CONTACT.md's law as default) --------------------
 struct ContactSettings {
   bool raw_damping = false;   // the paper's: force phi |r| s and nothing else
-  double phi = 1e6;           // [N s / m^3], raw only
-  double kappa = 100;         // strength of "law2" rows [-]
-  double recovery_steps = 4;  // tau = recovery_steps dt: depth is taken back over this time
-  double max_recovery_speed = 1;  // v_max [m/s]
+  double phi = 1e6;           // [N s / m^3], raw only, [0, 1e15]
+  double kappa = 100;         // strength of "law2" rows [-], [0, 1e6]
+  double recovery_steps = 4;  // tau = recovery_steps dt: depth is taken back over this time; [1, 1e6]
+  double max_recovery_speed = 1;  // v_max [m/s], [0, 1e3]
 };
 
 struct SceneDescription {
   std::string name;
-  Vec3 gravity{0, -9.81, 0};  // [m/s^2]
-  double dt = 1.0 / 120;      // [s]
-  int rigid_substeps = 1;     // Bullet's steps per step
-  double creep_dt = 1.0 / 60; // dt_ref of creep [s] (decision 7)
-  double rate_dt = 1.0 / 250; // dt_ref of alpha and lambda [s] (decision 7)
+  Vec3 gravity{0, -9.81, 0};  // [m/s^2], |.| <= 1e4
+  double dt = 1.0 / 120;      // [s], [1e-6, 0.2]
+  int rigid_substeps = 1;     // Bullet's steps per step, [1, 100]
+  double creep_dt = 1.0 / 60; // dt_ref of creep [s] (decision 7), [1e-6, 1]
+  double rate_dt = 1.0 / 250; // dt_ref of alpha and lambda [s] (decision 7), [1e-6, 1]
   bool float_solver = false;  // matrix and preconditioner in float
   ContactSettings contact;
   std::uint64_t seed = 1;     // of everything random: fracture order
-  std::vector<BodyDescription> bodies;
-  std::vector<ScriptedCommand> script;  // ascending in time
+  std::vector<BodyDescription> bodies;  // at most 10,000; kMaxTets tets in all
+  std::vector<ScriptedCommand> script;  // ascending in time; at most 100,000
 };
 
 // The one gate for whatever comes from outside: every number finite and within its documented limit, names unique,
-// meshes and sets valid, script targets existing. The first breach is the error.
+// meshes and sets valid, script targets existing and free to move. The first breach is the error; its path is that of
+// scene.proto (a pose's p_WB is `pose.position`, its R_WB `pose.quaternion`). The numbers stand in limits.h.
 Result<void> validate(const SceneDescription& scene);
 
 }  // namespace crumple::sim

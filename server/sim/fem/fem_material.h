@@ -12,30 +12,30 @@ enum class RotationRule {
 
 // A material of a finite-element body; artists set all of it.
 struct FemMaterial {
-  double young = 1e6;            // E [Pa]
+  double young = 1e6;            // E [Pa], (0, 1e13]
   double poisson = 0.3;          // nu [-], 0 <= nu < 0.5
-  double density = 1000;         // rho [kg/m^3]
-  double damping_mass = 0;       // Rayleigh: C = damping_mass M + damping_stiffness K [1/s]
-  double damping_stiffness = 0;  // [s]
+  double density = 1000;         // rho [kg/m^3], (0, 1e6]
+  double damping_mass = 0;       // Rayleigh: C = damping_mass M + damping_stiffness K [1/s], [0, 1e4]
+  double damping_stiffness = 0;  // [s], [0, 10]
   RotationRule rotation = RotationRule::svd;
 
   // Plasticity, eq. 3. yield = infinity: elastic.
-  double yield = std::numeric_limits<double>::infinity();  // y, Frobenius norm of the elastic strain [-]
+  double yield = std::numeric_limits<double>::infinity();  // y, Frobenius norm of the elastic strain [-], >= 0
   double creep = 0;              // c in [0, 1], fraction of the overstrain that flows in `creep_dt`
-  double max_plastic = 0.3;      // n, bound on |eps^P| [-]
+  double max_plastic = 0.3;      // n, bound on |eps^P| [-], [0, 10]
   bool raw_creep = false;        // the paper's: c per update, whatever dt is
 
   // Fracture, section 5.
   bool breakable = false;
-  double toughness = std::numeric_limits<double>::infinity();  // [Pa]; [N] if raw_toughness
+  double toughness = std::numeric_limits<double>::infinity();  // [Pa]; [N] if raw_toughness; > 0
   bool raw_toughness = false;    // the paper's: eigenvalue in newtons, depends on the mesh
-  int fracture_interval = 1;     // look for splits every so many steps
-  int max_splits_per_step = 200;
+  int fracture_interval = 1;     // look for splits every so many steps, [1, 1e6]
+  int max_splits_per_step = 200; // [1, 1e6]
 
-  double friction = 0.4;         // mu of contacts [-]
+  double friction = 0.4;         // mu of contacts [-], [0, 10]
 
-  double cg_tolerance = 1e-3;    // relative residual of the solve
-  int cg_max_iterations = 400;
+  double cg_tolerance = 1e-3;    // relative residual of the solve, [1e-14, 0.5]
+  int cg_max_iterations = 400;   // [1, 100,000]
 };
 
 }  // namespace crumple::sim::fem

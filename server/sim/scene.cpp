@@ -1,0 +1,137 @@
+#include "server/sim/scene.h"
+
+#include "server/sim/limits.h"
+#include "server/sim/model_validation.h"
+
+#include <unordered_map>
+
+namespace crumple::sim {
+namespace {
+
+std::string entry(const char* list, std::size_t i) { return std::string(list) + "[" + std::to_string(i) + "]"; }
+
+void check_world(FirstBreach& breach, const SceneDescription& scene) {
+  breach.require(scene.name.size() <= limits::kMaxNameBytes, "name",
+                 "has " + std::to_string(scene.name.size()) + " bytes, must have at most " +
+                     std::to_string(limits::kMaxNameBytes));
+  breach.vector(scene.gravity, limits::kGravity, "gravity");
+  breach.number(scene.dt, limits::kTimeStep, "dt");
+  breach.number(scene.rigid_substeps, limits::kSubsteps, "rigid_substeps");
+  breach.number(scene.creep_dt, limits::kReferenceStep, "creep_dt");
+  breach.number(scene.rate_dt, limits::kReferenceStep, "rate_dt");
+  breach.number(scene.contact.phi, limits::kPhi, "contact.phi");
+  breach.number(scene.contact.kappa, limits::kKappa, "contact.kappa");
+  breach.number(scene.contact.recovery_steps, limits::kRecoverySteps, "contact.recovery_steps");
+  breach.number(scene.contact.max_recovery_speed, limits::kRecoverySpeed, "contact.max_recovery_speed");
+}
+
+void check_name(FirstBreach& breach, const std::string& name, const std::string& field) {
+  breach.require(!name.empty(), field, "is empty, must name the body");
+  breach.require(name.size() <= limits::kMaxNameBytes, field,
+                 "has " + std::to_string(name.size()) + " bytes, must have at most " +
+                     std::to_string(limits::kMaxNameBytes));
+}
+
+Result<void> validate_model(const BodyDescription& body, const std::string& field, SeenAssets& seen) {
+  if (const auto* rigid = std::get_if<RigidModel>(&body.model)) return validate(*rigid, field + ".rigid", seen);
+  if (const auto* fem = std::get_if<FemModel>(&body.model)) return validate(*fem, field + ".fem", seen);
+  return validate(std::get<ExampleModel>(body.model), field + ".example", seen);
+}
+
+void check_body(FirstBreach& breach, const BodyDescription& body, const std::string& field, SeenAssets& seen) {
+  static constexpr const char* kColours[] = {".r", ".g", ".b"};
+  check_name(breach, body.name, field + ".name");
+  breach.pose(body.pose, field + ".pose");
+  breach.vector(body.velocity, limits::kVelocity, field + ".velocity");
+  breach.vector(body.angular_velocity, limits::kAngularVelocity, field + ".angular_velocity");
+  for (std::size_t i = 0; i < 3; ++i) breach.number(body.colour[i], limits::kUnit, field + ".colour" + kColours[i]);
+  breach.number(body.opacity, limits::kUnit, field + ".opacity");
+  if (breach.ok()) breach.take(validate_model(body, field, seen));
+}
+
+std::int64_t tet_count(const BodyDescription& body) {
+  if (const auto* fem = std::get_if<FemModel>(&body.model)) return fem->mesh->tet_count();
+  if (const auto* example = std::get_if<ExampleModel>(&body.model)) return example->set->mesh.tet_count();
+  const auto& rigid = std::get<RigidModel>(body.model);
+  return rigid.proxy ? rigid.proxy->tet_count() : 0;
+}
+
+void check_bodies(FirstBreach& breach, const SceneDescription& scene) {
+  breach.count(scene.bodies.size(), 0, limits::kMaxBodies, "bodies");
+  std::unordered_map<std::string, std::size_t> names;
+  SeenAssets seen;
+  std::int64_t tets = 0;
+  for (std::size_t i = 0; breach.ok() && i < scene.bodies.size(); ++i) {
+    const BodyDescription& body = scene.bodies[i];
+    const std::string field = entry("bodies", i);
+    check_body(breach, body, field, seen);
+    const auto [first, is_new] = names.emplace(body.name, i);
+    breach.require(is_new, field + ".name",
+                   "is \"" + body.name + "\", must differ from that of " + entry("bodies", first->second));
+    if (breach.ok()) tets += tet_count(body);
+    breach.require(tets <= kMaxTets, field, "brings the scene to " + std::to_string(tets) + " tets, must be at most " +
+                                                std::to_string(kMaxTets) + " in all");
+  }
+}
+
+// The command's target: it exists, forces move it, and its nodes exist.
+struct TargetCheck {
+  FirstBreach& breach;
+  const SceneDescription& scene;
+  const std::string& field;
+
+  const BodyDescription* target(BodyId id) {
+    breach.require(id < scene.bodies.size(), field + ".body",
+                   "is body " + std::to_string(id) + ", must be one of the scene's " +
+                       std::to_string(scene.bodies.size()));
+    return breach.ok() ? &scene.bodies[id] : nullptr;
+  }
+  void operator()(const ApplyImpulse& c) { require_free(target(c.body)); }
+  void operator()(const ApplyForce& c) { require_free(target(c.body)); }
+  void operator()(const ApplyNodeImpulse& c) {
+    const BodyDescription* body = target(c.body);
+    if (!body) return;
+    const auto* fem = std::get_if<FemModel>(&body->model);
+    breach.require(fem != nullptr, field + ".body", "is \"" + body->name + "\", must be a finite-element body");
+    for (std::size_t i = 0; breach.ok() && i < c.nodes.size(); ++i)
+      if (c.nodes[i] < 0 || c.nodes[i] >= fem->mesh->node_count())
+        breach.require(false, entry((field + ".nodes").c_str(), i),
+                       "is " + std::to_string(c.nodes[i]) + ", must be a node of \"" + body->name + "\", below " +
+                           std::to_string(fem->mesh->node_count()));
+  }
+  void require_free(const BodyDescription* body) {
+    const auto* rigid = body ? std::get_if<RigidModel>(&body->model) : nullptr;
+    breach.require(!rigid || rigid->kind == RigidKind::dynamic, field + ".body",
+                   body ? "is \"" + body->name + "\", must be a body that is neither FIXED nor KINEMATIC" : "");
+  }
+};
+
+void check_script(FirstBreach& breach, const SceneDescription& scene) {
+  static constexpr const char* kNames[] = {".command.apply_impulse", ".command.apply_force",
+                                           ".command.apply_node_impulse"};
+  breach.count(scene.script.size(), 0, limits::kMaxScript, "script");
+  for (std::size_t i = 0; breach.ok() && i < scene.script.size(); ++i) {
+    const ScriptedCommand& scripted = scene.script[i];
+    const std::string field = entry("script", i);
+    breach.number(scripted.time, limits::kTime, field + ".time");
+    if (i > 0)
+      breach.require(scripted.time >= scene.script[i - 1].time, field + ".time",
+                     "is " + number_text(scripted.time) + ", must not be below the command before it (" +
+                         number_text(scene.script[i - 1].time) + ")");
+    const std::string command = field + kNames[scripted.command.index()];
+    breach.take(validate(scripted.command, command));
+    if (breach.ok()) std::visit(TargetCheck{breach, scene, command}, scripted.command);
+  }
+}
+
+}  // namespace
+
+Result<void> validate(const SceneDescription& scene) {
+  FirstBreach breach;
+  check_world(breach, scene);
+  check_bodies(breach, scene);
+  check_script(breach, scene);
+  return breach.result();
+}
+
+}  // namespace crumple::sim
