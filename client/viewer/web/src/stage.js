@@ -1,0 +1,163 @@
+// What is drawn: a three.js scene with one mesh a body, fed by topologies and frames.
+import * as THREE from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
+
+const VALUE_COLOUR = new THREE.Color(1.0, 0.12, 0.04);  // of value 1: highest stress, or away from the rest pose
+
+export class Stage {
+  constructor(canvas) {
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    this.scene = new THREE.Scene();
+    this.scene.background = new THREE.Color(0x9fb4c8);
+    const pmrem = new THREE.PMREMGenerator(this.renderer);
+    this.scene.environment = pmrem.fromScene(new RoomEnvironment(), 0.04).texture;
+    this.scene.environmentIntensity = 0.55;
+    this.camera = new THREE.PerspectiveCamera(45, 1, 0.05, 500);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = true;
+    this.addLights();
+    this.bodies = [];
+    this.framed = false;
+    this.raycaster = new THREE.Raycaster();
+    window.addEventListener('resize', () => this.resize());
+    this.resize();
+  }
+
+  addLights() {
+    const sun = new THREE.DirectionalLight(0xfff2dd, 2.6);
+    sun.position.set(8, 14, 10);
+    sun.castShadow = true;
+    sun.shadow.mapSize.set(2048, 2048);
+    Object.assign(sun.shadow.camera, { left: -14, right: 14, top: 14, bottom: -14, near: 1, far: 60 });
+    sun.shadow.bias = -0.0005;
+    sun.shadow.normalBias = 0.02;
+    this.sun = sun;
+    this.scene.add(sun, sun.target, new THREE.HemisphereLight(0xcfe0ff, 0x6b5f50, 0.7));
+  }
+
+  resize() {
+    this.renderer.setSize(window.innerWidth, window.innerHeight, false);
+    this.camera.aspect = window.innerWidth / window.innerHeight;
+    this.camera.updateProjectionMatrix();
+  }
+
+  // topology: {epoch, bodies: [{id, name, model, deformable, vertices, triangles, colour, opacity}]}
+  setTopology(topology) {
+    for (const body of this.bodies) {
+      this.scene.remove(body.mesh);
+      body.mesh.geometry.dispose();
+      body.mesh.material.dispose();
+    }
+    this.epoch = topology.epoch;
+    this.bodies = topology.bodies.map((body) => this.makeBody(body));
+    if (!this.framed) this.frameCamera();
+  }
+
+  makeBody(body) {
+    const geometry = new THREE.BufferGeometry();
+    const position = new THREE.BufferAttribute(new Float32Array(body.vertices), 3);
+    position.setUsage(body.deformable ? THREE.DynamicDrawUsage : THREE.StaticDrawUsage);
+    geometry.setAttribute('position', position);
+    geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(body.triangles), 1));
+    const glass = body.opacity < 1;
+    const metal = body.model === 'example_based';
+    // Flat shading takes normals from the screen's derivatives: nothing to recompute when vertices move.
+    const material = new THREE.MeshStandardMaterial({
+      color: new THREE.Color().setRGB(...body.colour), side: THREE.DoubleSide, flatShading: true,
+      metalness: metal ? 0.55 : glass ? 0.1 : 0.02, roughness: metal ? 0.42 : glass ? 0.08 : 0.85,
+      transparent: glass, opacity: body.opacity, depthWrite: !glass || body.opacity > 0.6,
+    });
+    const mesh = new THREE.Mesh(geometry, material);
+    mesh.castShadow = !glass && body.triangles.length / 3 > 2;
+    mesh.receiveShadow = true;
+    mesh.frustumCulled = false;
+    mesh.userData = { id: body.id, fixed: body.model === 'fixed' };
+    this.scene.add(mesh);
+    return { ...body, mesh, base: material.color.clone() };
+  }
+
+  // frame: {epoch, bodies: [{id, pose, positions | null, values | null}]}; frames of another epoch are not drawn.
+  setFrame(frame) {
+    if (frame.epoch !== this.epoch) return;
+    for (const moved of frame.bodies) {
+      const body = this.bodies[moved.id];
+      if (!body) continue;
+      if (body.deformable) {
+        if (moved.positions) {
+          body.mesh.geometry.attributes.position.array.set(moved.positions);
+          body.mesh.geometry.attributes.position.needsUpdate = true;
+          body.mesh.geometry.boundingSphere = null;
+        }
+      } else {
+        body.mesh.position.set(...moved.pose.position);
+        body.mesh.quaternion.set(...moved.pose.quaternion);
+      }
+      this.setValues(body, moved.values);
+    }
+  }
+
+  // Colours vertices from the body's own colour (0) to red (1).
+  setValues(body, values) {
+    const { geometry, material } = body.mesh;
+    if (!values || values.length === 0) {
+      if (material.vertexColors) {
+        material.vertexColors = false;
+        material.color.copy(body.base);
+        material.needsUpdate = true;
+      }
+      return;
+    }
+    if (!geometry.attributes.color) {
+      geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(values.length * 3), 3));
+    }
+    const colour = geometry.attributes.color;
+    for (let i = 0; i < values.length; ++i) {
+      const w = values[i];
+      colour.setXYZ(i, body.base.r + w * (VALUE_COLOUR.r - body.base.r),
+        body.base.g + w * (VALUE_COLOUR.g - body.base.g), body.base.b + w * (VALUE_COLOUR.b - body.base.b));
+    }
+    colour.needsUpdate = true;
+    if (!material.vertexColors) {
+      material.vertexColors = true;
+      material.color.set(0xffffff);
+      material.needsUpdate = true;
+    }
+  }
+
+  // Looks at everything that is not huge, from the front and above.
+  frameCamera() {
+    const box = new THREE.Box3();
+    for (const body of this.bodies) {
+      body.mesh.geometry.computeBoundingBox();
+      const size = body.mesh.geometry.boundingBox.getSize(new THREE.Vector3());
+      if (size.length() < 16) box.expandByObject(body.mesh);
+    }
+    if (box.isEmpty()) box.set(new THREE.Vector3(-2, 0, -2), new THREE.Vector3(2, 2, 2));
+    const centre = box.getCenter(new THREE.Vector3());
+    const radius = Math.max(1.5, 0.5 * box.getSize(new THREE.Vector3()).length());
+    this.camera.position.copy(centre).add(new THREE.Vector3(0.75, 0.5, 1).normalize().multiplyScalar(radius * 2.1));
+    this.controls.target.copy(centre);
+    this.sun.target.position.copy(centre);
+    this.sun.position.copy(centre).add(new THREE.Vector3(8, 14, 10));
+    this.framed = true;
+  }
+
+  // The body under the pointer: {id, point, direction} with the direction of sight, or null. Fixed bodies do not count.
+  pick(clientX, clientY) {
+    const pointer = new THREE.Vector2(2 * clientX / window.innerWidth - 1, 1 - 2 * clientY / window.innerHeight);
+    this.raycaster.setFromCamera(pointer, this.camera);
+    const hits = this.raycaster.intersectObjects(this.bodies.map((b) => b.mesh).filter((m) => !m.userData.fixed), false);
+    if (hits.length === 0) return null;
+    return { id: hits[0].object.userData.id, point: hits[0].point.toArray(),
+      direction: this.raycaster.ray.direction.toArray() };
+  }
+
+  render() {
+    this.controls.update();
+    this.renderer.render(this.scene, this.camera);
+  }
+}
