@@ -1,0 +1,162 @@
+#include "server/sim/fem/assembly.h"
+
+#include <cassert>
+#include <functional>
+
+namespace crumple::sim::fem {
+
+using linear_solver::BlockSparseMatrix;
+
+namespace {
+
+constexpr int kEdgesPerChunk = 512;
+constexpr int kNodesPerChunk = 256;
+
+void rebuild(int node_count, const std::vector<Tet>& tets, StepSystem& s) {
+  s.connectivity = make_connectivity(node_count, tets);
+  std::visit(
+      [&]<class Scalar>(BlockSparseMatrix<Scalar>& A) {
+        A = BlockSparseMatrix<Scalar>::from_tets(node_count, tets);
+        s.edge_blocks.clear();
+        for (const auto& [i, j] : s.connectivity.edges) s.edge_blocks.push_back({A.find(i, j), A.find(j, i)});
+      },
+      s.A);
+  s.b.resize(3 * node_count);
+  s.guess.resize(3 * node_count);
+  s.row_mass.resize(node_count);
+  s.prescribed.resize(node_count);
+}
+
+// What scales the parts of A.
+struct Factors {
+  double mass;       // 1 + dt a
+  double stiffness;  // dt beta + dt^2
+};
+
+// Off-diagonal block of an edge from its tets. With G = sum c_a c_b^T eq. 2's sum is lambda G + mu tr(G) I + mu G^T.
+Mat3 edge_stiffness(const StepSystem& s, const Lame& lame, int edge) {
+  Mat3 G = Mat3::Zero();
+  for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
+    const int corner = s.connectivity.edge_corners[k];
+    const Mat34& c = s.elements.core[corner >> 4];
+    G += c.col((corner >> 2) & 3) * c.col(corner & 3).transpose();
+  }
+  return lame.lambda * G + lame.mu * (G.trace() * Mat3::Identity() + G.transpose());
+}
+
+template <class Scalar>
+void assemble_edges(const RestBody& rest, const Factors& factors, StepSystem& s, BlockSparseMatrix<Scalar>& A,
+                    int begin, int end) {
+  for (int edge = begin; edge < end; ++edge) {
+    const Mat3 block = factors.stiffness * edge_stiffness(s, rest.lame, edge);
+    A.set_block(s.edge_blocks[edge][0], block);
+    A.set_block(s.edge_blocks[edge][1], block.transpose());
+  }
+}
+
+Vec3 gather_force(const StepSystem& s, int node) {
+  Vec3 f = Vec3::Zero();
+  for (int k = s.connectivity.node_start[node]; k < s.connectivity.node_start[node + 1]; ++k) {
+    const int corner = s.connectivity.node_corners[k];
+    f += s.elements.force[corner >> 2].col(corner & 3);
+  }
+  return f;
+}
+
+// Diagonal block of a row: the stiffness of a row sums to zero, since a translation strains nothing. Summed from the
+// blocks as stored, so that it stays zero in float as well.
+template <class Scalar>
+Mat3 row_diagonal(const BlockSparseMatrix<Scalar>& A, double row_mass, int row) {
+  Mat3 sum = Mat3::Zero();
+  for (int k = A.row_start()[row]; k < A.row_start()[row + 1]; ++k) sum -= A.block(k).template cast<double>();
+  return symmetric_part(sum) + row_mass * Mat3::Identity();
+}
+
+// Section 7: the known velocities' terms go to the right-hand side, then the row or column is struck.
+template <class Scalar>
+void strike(StepSystem& s, BlockSparseMatrix<Scalar>& A, int row) {
+  for (int k = A.row_start()[row]; k < A.row_start()[row + 1]; ++k) {
+    const int col = A.columns()[k];
+    if (!s.prescribed[row] && !s.prescribed[col]) continue;
+    if (!s.prescribed[row])
+      s.b.segment<3>(3 * row) -= A.block(k).template cast<double>() * s.guess.segment<3>(3 * col);
+    A.set_block(k, Mat3::Zero());
+  }
+  if (!s.prescribed[row]) return;
+  A.diagonal()[row] = s.row_mass[row] * Mat3::Identity();
+  s.b.segment<3>(3 * row) = s.row_mass[row] * s.guess.segment<3>(3 * row);
+}
+
+void set_prescribed(const FemState& state, std::span<const PrescribedNode> prescribed, StepSystem& s) {
+  for (int i = 0; i < s.node_count(); ++i) s.guess.segment<3>(3 * i) = state.v[i];
+  std::fill(s.prescribed.begin(), s.prescribed.end(), char{0});
+  for (const PrescribedNode& p : prescribed) {
+    assert(p.node >= 0 && p.node < s.node_count());
+    s.prescribed[p.node] = 1;
+    s.guess.segment<3>(3 * p.node) = p.velocity;
+  }
+  s.any_prescribed = !prescribed.empty();
+}
+
+}  // namespace
+
+StepSystem::StepSystem(bool float_matrix) {
+  if (float_matrix) A = BlockSparseMatrix<float>();
+}
+
+void StepSystem::multiply(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> y,
+                          const ThreadPool& pool) const {
+  std::visit([&](const auto& matrix) { matrix.multiply(x, y, pool); }, A);
+}
+
+const std::vector<Mat3>& StepSystem::diagonal() const {
+  return std::visit([](const auto& matrix) -> const std::vector<Mat3>& { return matrix.diagonal(); }, A);
+}
+
+Eigen::SparseMatrix<double> StepSystem::to_sparse() const {
+  return std::visit([](const auto& matrix) { return matrix.to_sparse(); }, A);
+}
+
+void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState& state,
+              Eigen::Ref<const Eigen::VectorXd> f_ext, double dt, std::span<const PrescribedNode> prescribed,
+              const ThreadPool& pool, StepSystem& system) {
+  const int n = static_cast<int>(state.x.size());
+  assert(dt > 0 && f_ext.size() == 3 * n && static_cast<int>(state.v.size()) == n && rest.node_count() == n);
+  if (system.node_count() != n || system.connectivity.tets != tets) rebuild(n, tets, system);
+  set_prescribed(state, prescribed, system);
+  update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
+
+  const FemMaterial& material = rest.material;
+  const Factors factors{1 + dt * material.damping_mass, dt * material.damping_stiffness + dt * dt};
+  std::visit(
+      [&](auto& A) {
+        const auto edges = [&](int begin, int end) { assemble_edges(rest, factors, system, A, begin, end); };
+        pool.for_chunks(system.connectivity.edge_count(), kEdgesPerChunk, std::cref(edges));
+
+        const auto nodes = [&](int begin, int end) {
+          for (int i = begin; i < end; ++i) {
+            const double m = rest.node_mass[i];
+            system.row_mass[i] = factors.mass * m;
+            A.diagonal()[i] = row_diagonal(A, system.row_mass[i], i);
+            system.b.segment<3>(3 * i) = dt * (f_ext.segment<3>(3 * i) + gather_force(system, i)) + m * state.v[i];
+            if (system.any_prescribed) strike(system, A, i);
+          }
+        };
+        pool.for_chunks(n, kNodesPerChunk, std::cref(nodes));
+      },
+      system.A);
+}
+
+void remove_net_momentum_error(const StepSystem& system, Eigen::Ref<Eigen::VectorXd> v) {
+  if (system.any_prescribed) return;
+  Vec3 error = Vec3::Zero();
+  double mass = 0;
+  for (int i = 0; i < system.node_count(); ++i) {
+    error += system.b.segment<3>(3 * i) - system.row_mass[i] * v.segment<3>(3 * i);
+    mass += system.row_mass[i];
+  }
+  const Vec3 correction = error / mass;
+  for (int i = 0; i < system.node_count(); ++i) v.segment<3>(3 * i) += correction;
+}
+
+}  // namespace crumple::sim::fem

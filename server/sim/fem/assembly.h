@@ -1,0 +1,58 @@
+#pragma once
+
+#include "server/sim/fem/connectivity.h"
+#include "server/sim/fem/elements.h"
+#include "server/sim/linear_solver/block_sparse_matrix.h"
+
+#include <span>
+#include <variant>
+
+namespace crumple::sim::fem {
+
+// A node whose velocity in the coming step is given: held fixed, or driven by a script.
+struct PrescribedNode {
+  int node = 0;
+  Vec3 velocity = Vec3::Zero();  // [m/s]
+};
+
+// The linear system A v+ = b of one body and one step: linearised backward Euler (Parker & O'Brien 2009, eq. 5) with
+//   A = M + dt C + dt^2 K = (1 + dt a) M + (dt beta + dt^2) K,   b = dt (f_ext + f_elastic(x)) + M v,
+// C = a M + beta K. The elastic force at x, plastic strain included, stands for the paper's -K (x - u).
+// Prescribed nodes are struck (section 7): their columns times their velocities are on the right-hand side, and their own
+// rows read m v = m v_prescribed, coupled to nothing. Whoever adds terms to the system must add none to those rows.
+class StepSystem {
+ public:
+  explicit StepSystem(bool float_matrix = false);  // precision of the off-diagonal blocks
+
+  int node_count() const { return static_cast<int>(row_mass.size()); }
+
+  // y = A x; x, y: 3n, node-major; segments of longer vectors are welcome.
+  void multiply(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> y, const ThreadPool& pool) const;
+  const std::vector<Mat3>& diagonal() const;             // diagonal blocks of A, one a node
+  Eigen::SparseMatrix<double> to_sparse() const;
+
+  Eigen::VectorXd b;                     // 3n [N s]; callers may add to it
+  Eigen::VectorXd guess;                 // 3n: v, with prescribed velocities in place. A solve must start from it, or
+                                         // from anything that has the prescribed velocities in place
+  std::vector<double> row_mass;          // (1 + dt a) m, one a node [kg]
+  std::vector<char> prescribed;          // one a node
+  bool any_prescribed = false;
+  Elements elements;                     // at x, as update_elements leaves them
+  Connectivity connectivity;
+  std::variant<linear_solver::BlockSparseMatrix<double>, linear_solver::BlockSparseMatrix<float>> A;
+  std::vector<std::array<int, 2>> edge_blocks;  // of each edge (i, j): index of block (i, j) and of block (j, i)
+};
+
+// Assembles the step from x(t), v(t) to t + dt. f_ext: 3n, gravity and all [N]. rest.node_mass must be that of `tets`.
+// Arrays and pattern are rebuilt when tets or the number of nodes differ from the last call's; else nothing allocates.
+// Deterministic for any number of threads: the element pass writes per tet, edges and nodes gather in mesh order.
+void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState& state,
+              Eigen::Ref<const Eigen::VectorXd> f_ext, double dt, std::span<const PrescribedNode> prescribed,
+              const ThreadPool& pool, StepSystem& system);
+
+// Adds the one velocity to all nodes that makes the sum of the equations hold: rows of K sum to zero, so the exact
+// solution has sum row_mass v+ = sum b, which an unconverged one misses. Only for a body that nothing else holds: no
+// prescribed node (then it does nothing), no contact row. v: 3n.
+void remove_net_momentum_error(const StepSystem& system, Eigen::Ref<Eigen::VectorXd> v);
+
+}  // namespace crumple::sim::fem

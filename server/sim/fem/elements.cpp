@@ -1,0 +1,127 @@
+#include "server/sim/fem/elements.h"
+
+#include "server/sim/fem/plasticity.h"
+#include "server/sim/fem/rotation.h"
+
+#include <Eigen/LU>
+
+#include <cassert>
+#include <cmath>
+#include <functional>
+
+namespace crumple::sim::fem {
+
+namespace {
+
+constexpr int kTetsPerChunk = 256;
+
+void update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& plastic_strain, Elements& e) {
+  const Mat3 Q = rotation(deformation_gradient(x, rest.beta[t]), rest.material.rotation);
+  const Mat3 sigma = isotropic_stress(rest.lame, element_strain(rest, t, x, Q) - plastic_strain);
+  // f_i = fill Q sigma n_i / 3 = sqrt(fill V) Q sigma c_i
+  const Mat3 P = std::sqrt(rest.fill[t] * rest.volume[t]) * (Q * sigma);
+  e.Q[t] = Q;
+  e.sigma[t] = sigma;
+  e.core[t].rightCols<3>() = Q * rest.core[t].rightCols<3>();
+  e.force[t].rightCols<3>() = P * rest.core[t].rightCols<3>();
+  // Normals of a closed surface sum to zero; so, exactly, do these.
+  e.core[t].col(0) = -e.core[t].rightCols<3>().rowwise().sum();
+  e.force[t].col(0) = -e.force[t].rightCols<3>().rowwise().sum();
+}
+
+}  // namespace
+
+void Elements::resize(int tet_count) {
+  Q.resize(tet_count);
+  sigma.resize(tet_count);
+  force.resize(tet_count);
+  core.resize(tet_count);
+}
+
+Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q) {
+  if (rest.beta_clamped.empty()) return corotational_strain(Q, deformation_gradient(x, rest.beta[t]));
+  return symmetric_part(Q.transpose() * deformation_gradient(x, rest.beta_clamped[t]) - rest.rest_gradient[t]);
+}
+
+void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                     const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements) {
+  assert(static_cast<int>(tets.size()) == rest.tet_count() && plastic_strain.size() == tets.size());
+  elements.resize(rest.tet_count());
+  const auto body = [&](int begin, int end) {
+    for (int t = begin; t < end; ++t) update_element(rest, t, gather(x, tets[t]), plastic_strain[t], elements);
+  };
+  pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(body));
+}
+
+void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, double dt,
+                  double creep_dt, const ThreadPool& pool, std::vector<Mat3>& plastic_strain, Elements& elements) {
+  const FemMaterial& m = rest.material;
+  if (!std::isfinite(m.yield)) return;
+  const double creep = creep_per_step(m, dt, creep_dt);
+  elements.resize(rest.tet_count());
+  const auto body = [&](int begin, int end) {
+    for (int t = begin; t < end; ++t) {
+      const Mat34 x_t = gather(x, tets[t]);
+      update_element(rest, t, x_t, plastic_strain[t], elements);
+      if (flow(element_strain(rest, t, x_t, elements.Q[t]), m.yield, creep, m.max_plastic, plastic_strain[t]))
+        update_element(rest, t, x_t, plastic_strain[t], elements);
+    }
+  };
+  pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(body));
+}
+
+void elastic_forces(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                    const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements,
+                    Eigen::Ref<Eigen::VectorXd> f) {
+  assert(f.size() == 3 * static_cast<Eigen::Index>(x.size()));
+  update_elements(rest, tets, x, plastic_strain, pool, elements);
+  f.setZero();
+  for (int t = 0; t < rest.tet_count(); ++t)
+    for (int a = 0; a < 4; ++a) f.segment<3>(3 * tets[t][a]) += elements.force[t].col(a);
+}
+
+double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                      const std::vector<Mat3>& plastic_strain) {
+  double energy = 0;
+  for (int t = 0; t < rest.tet_count(); ++t) {
+    const Mat34 x_t = gather(x, tets[t]);
+    const Mat3 Q = rotation(deformation_gradient(x_t, rest.beta[t]), rest.material.rotation);
+    const Mat3 elastic = element_strain(rest, t, x_t, Q) - plastic_strain[t];
+    energy += rest.fill[t] * rest.volume[t] * energy_density(rest.lame, elastic);
+  }
+  return energy;
+}
+
+int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x) {
+  int count = 0;
+  for (const Tet& tet : tets) count += edge_matrix(gather(x, tet)).determinant() < 0;
+  return count;
+}
+
+Eigen::SparseMatrix<double> tangent_stiffness(const RestBody& rest, const std::vector<Tet>& tets,
+                                              const std::vector<Vec3>& x, const std::vector<Mat3>& plastic_strain,
+                                              Tangent tangent) {
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(144 * tets.size());
+  for (int t = 0; t < rest.tet_count(); ++t) {
+    const RestTet tet = rest.tet(t);
+    const Mat34 x_t = gather(x, tets[t]);
+    const Mat3 Q = rotation(deformation_gradient(x_t, tet.beta), rest.material.rotation);
+    Mat12 K;
+    if (tangent == Tangent::exact) {
+      K = exact_stiffness(tet, rest.lame, x_t, Q, plastic_strain[t]);
+    } else {
+      for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) K.block<3, 3>(3 * a, 3 * b) = stiffness_block(tet, rest.lame, Q, a, b);
+    }
+    for (int p = 0; p < 12; ++p)
+      for (int q = 0; q < 12; ++q)
+        entries.emplace_back(3 * tets[t][p / 3] + p % 3, 3 * tets[t][q / 3] + q % 3, K(p, q));
+  }
+  const auto size = 3 * static_cast<Eigen::Index>(x.size());
+  Eigen::SparseMatrix<double> K(size, size);
+  K.setFromTriplets(entries.begin(), entries.end());
+  return K;
+}
+
+}  // namespace crumple::sim::fem

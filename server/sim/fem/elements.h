@@ -1,0 +1,62 @@
+#pragma once
+
+#include "server/sim/fem/fem_state.h"
+#include "server/sim/fem/rest_body.h"
+#include "server/sim/parallel_for.h"
+
+#include <Eigen/SparseCore>
+
+#include <vector>
+
+// What the elements of a body do at given node positions. Every function is a pass over the tets, each written by one
+// thread; nothing is summed here across tets but where a sum is returned, in mesh order.
+namespace crumple::sim::fem {
+
+// Results of an element pass, one a tet. Assembly, fracture and display read them.
+struct Elements {
+  std::vector<Mat3> Q;           // rotation, det +1
+  std::vector<Mat3> sigma;       // elastic stress in the tet's unrotated axes [Pa]
+  std::vector<Mat34> force;      // elastic force on each of the tet's nodes, in W [N]
+  std::vector<Mat34> core;       // Q c_i: RestBody::core in world axes
+
+  void resize(int tet_count);
+};
+
+// Fills `elements` (resized if needed) for positions x. x: node positions [m]; plastic_strain: one a tet.
+void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                     const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements);
+
+// Q sigma Q^T: Cauchy-like stress of tet t in world axes [Pa].
+inline Mat3 element_stress(const Elements& elements, int t) {
+  return elements.Q[t] * elements.sigma[t] * elements.Q[t].transpose();
+}
+
+// Total co-rotated strain eps~ of tet t at rotation Q, plastic part included.
+Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q);
+
+// Plastic flow of one step (eq. 3) at the positions x of the end of the step. Does nothing if the material does not yield.
+// `elements` is left as update_elements would at x with the new plastic strain.
+void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, double dt,
+                  double creep_dt, const ThreadPool& pool, std::vector<Mat3>& plastic_strain, Elements& elements);
+
+// f: 3n, elastic force on each node, plastic strain included [N]; f = -dE/dx where corotational.h says so.
+// Calls update_elements.
+void elastic_forces(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                    const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements,
+                    Eigen::Ref<Eigen::VectorXd> f);
+
+// Sum of fill V (lambda/2 tr(eps^E)^2 + mu eps^E : eps^E) [J].
+double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                      const std::vector<Mat3>& plastic_strain);
+
+// Tets of negative volume at x.
+int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x);
+
+// -df/dx of a whole body, 3n x 3n, both triangles. fixed_rotation: eq. 2, positive semi-definite; exact: with dQ/dF, may
+// be indefinite. For statics and modes; a step assembles with assembly.h.
+enum class Tangent { fixed_rotation, exact };
+Eigen::SparseMatrix<double> tangent_stiffness(const RestBody& rest, const std::vector<Tet>& tets,
+                                              const std::vector<Vec3>& x, const std::vector<Mat3>& plastic_strain,
+                                              Tangent tangent);
+
+}  // namespace crumple::sim::fem

@@ -1,0 +1,113 @@
+#include "server/sim/fem/rest_body.h"
+
+#include <cassert>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+
+namespace crumple::sim::fem {
+
+namespace {
+
+constexpr double kDefaultClamp = 20;  // times 1 / mean edge
+
+std::unexpected<Error> out_of_range(const std::string& field, const char* name, double value, const char* rule) {
+  std::ostringstream text;
+  text << "is " << value << ", must be " << rule;
+  return invalid(field + "." + name, text.str());
+}
+
+double mean_edge_length(const TetMesh& mesh) {
+  double sum = 0;
+  for (const Tet& tet : mesh.tets)
+    for (int a = 0; a < 4; ++a)
+      for (int b = a + 1; b < 4; ++b) sum += (mesh.X[tet[a]] - mesh.X[tet[b]]).norm();
+  return sum / (6.0 * mesh.tet_count());
+}
+
+void append(RestBody& rest, const RestTet& tet) {
+  rest.beta.push_back(tet.beta);
+  rest.core.push_back(std::sqrt(tet.fill / (9 * tet.volume)) * tet.normals);
+  rest.volume.push_back(tet.volume);
+  rest.fill.push_back(tet.fill);
+  rest.beta_clamped.push_back(tet.beta_clamped);
+  rest.rest_gradient.push_back(tet.rest_gradient);
+}
+
+}  // namespace
+
+Result<void> validate(const FemMaterial& m, const std::string& field) {
+  const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
+  if (!(m.young > 0 && m.young <= kMaxYoung)) return out_of_range(field, "young", m.young, "in (0, 1e13] Pa");
+  if (!within(m.poisson, 0, kMaxPoisson)) return out_of_range(field, "poisson", m.poisson, "in [0, 0.4999]");
+  if (!(m.density > 0 && m.density <= kMaxDensity))
+    return out_of_range(field, "density", m.density, "in (0, 1e7] kg/m^3");
+  if (!within(m.damping_mass, 0, kMaxDamping))
+    return out_of_range(field, "damping_mass", m.damping_mass, "in [0, 1e6] 1/s");
+  if (!within(m.damping_stiffness, 0, kMaxDamping))
+    return out_of_range(field, "damping_stiffness", m.damping_stiffness, "in [0, 1e6] s");
+  if (!(m.yield >= 0)) return out_of_range(field, "yield", m.yield, "at least 0");
+  if (!within(m.creep, 0, 1)) return out_of_range(field, "creep", m.creep, "in [0, 1]");
+  if (!within(m.max_plastic, 0, 1e6)) return out_of_range(field, "max_plastic", m.max_plastic, "in [0, 1e6]");
+  if (!(m.toughness >= 0)) return out_of_range(field, "toughness", m.toughness, "at least 0");
+  if (m.fracture_interval < 1)
+    return out_of_range(field, "fracture_interval", m.fracture_interval, "at least 1");
+  if (m.max_splits_per_step < 0)
+    return out_of_range(field, "max_splits_per_step", m.max_splits_per_step, "at least 0");
+  if (!within(m.friction, 0, 100)) return out_of_range(field, "friction", m.friction, "in [0, 100]");
+  if (!(m.cg_tolerance > 0 && m.cg_tolerance < 1))
+    return out_of_range(field, "cg_tolerance", m.cg_tolerance, "in (0, 1)");
+  if (m.cg_max_iterations < 1 || m.cg_max_iterations > 1'000'000)
+    return out_of_range(field, "cg_max_iterations", m.cg_max_iterations, "in [1, 1000000]");
+  return {};
+}
+
+double RestBody::mass() const { return std::accumulate(node_mass.begin(), node_mass.end(), 0.0); }
+
+Vec3 RestBody::normal(int t, int i) const { return std::sqrt(9 * volume[t] / fill[t]) * core[t].col(i); }
+
+RestTet RestBody::tet(int t) const {
+  RestTet tet;
+  tet.beta = beta[t];
+  tet.clamped = !beta_clamped.empty() && beta_clamped[t] != beta[t];
+  tet.beta_clamped = tet.clamped ? beta_clamped[t] : beta[t];
+  if (tet.clamped) tet.rest_gradient = rest_gradient[t];
+  tet.normals = std::sqrt(9 * volume[t] / fill[t]) * core[t];
+  tet.volume = volume[t];
+  tet.fill = fill[t];
+  return tet;
+}
+
+Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit) {
+  if (auto ok = validate(mesh, "mesh"); !ok) return std::unexpected(ok.error());
+  if (auto ok = validate(material, "material"); !ok) return std::unexpected(ok.error());
+  if (!(clamp_limit >= 0) || std::isinf(clamp_limit))
+    return invalid("clamp_limit", "is " + std::to_string(clamp_limit) + ", must be finite and at least 0");
+
+  RestBody rest;
+  rest.material = material;
+  rest.lame = lame_constants(material.young, material.poisson);
+  rest.mean_edge = mean_edge_length(mesh);
+  const double limit = clamp_limit > 0 ? clamp_limit : kDefaultClamp / rest.mean_edge;
+  bool any_clamped = false;
+  for (int t = 0; t < mesh.tet_count(); ++t) {
+    const RestTet tet = make_rest_tet(gather(mesh.X, mesh.tets[t]), limit, mesh.fill.empty() ? 1 : mesh.fill[t]);
+    any_clamped |= tet.clamped;
+    append(rest, tet);
+  }
+  if (!any_clamped) {
+    rest.beta_clamped = {};
+    rest.rest_gradient = {};
+  }
+  update_node_mass(rest, mesh.tets, mesh.node_count());
+  return rest;
+}
+
+void update_node_mass(RestBody& rest, const std::vector<Tet>& tets, int node_count) {
+  assert(static_cast<int>(tets.size()) == rest.tet_count());
+  rest.node_mass.assign(node_count, 0.0);
+  for (int t = 0; t < rest.tet_count(); ++t)
+    for (int i : tets[t]) rest.node_mass[i] += 0.25 * rest.material.density * rest.fill[t] * rest.volume[t];
+}
+
+}  // namespace crumple::sim::fem

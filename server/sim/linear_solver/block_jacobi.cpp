@@ -1,0 +1,44 @@
+#include "server/sim/linear_solver/block_jacobi.h"
+
+#include <cassert>
+#include <cmath>
+#include <functional>
+
+namespace crumple::sim::linear_solver {
+
+namespace {
+
+constexpr int kBlocksPerChunk = 1024;
+
+Mat3 inverse_or_identity(const Mat3& D) {
+  // Leading minors: positive definite without a square root.
+  const double minor2 = D(0, 0) * D(1, 1) - D(0, 1) * D(1, 0);
+  const double det = D.determinant();
+  if (!(D(0, 0) > 0 && minor2 > 0 && det > 0)) return Mat3::Identity();
+  const Mat3 inverse = D.inverse();
+  if (!inverse.allFinite()) return Mat3::Identity();
+  return 0.5 * (inverse + inverse.transpose());
+}
+
+}  // namespace
+
+void BlockJacobi::assign(std::span<const Mat3> diagonal) { blocks_.assign(diagonal.begin(), diagonal.end()); }
+
+void BlockJacobi::invert(const ThreadPool& pool) {
+  const auto body = [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) blocks_[i] = inverse_or_identity(blocks_[i]);
+  };
+  pool.for_chunks(static_cast<int>(blocks_.size()), kBlocksPerChunk, std::cref(body));
+}
+
+void BlockJacobi::apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::VectorXd> z,
+                        const ThreadPool& pool) const {
+  assert(r.size() == 3 * static_cast<Eigen::Index>(blocks_.size()) && z.size() == r.size());
+  const auto body = [&](int begin, int end) {
+    for (int i = begin; i < end; ++i)
+      Eigen::Map<Vec3>(z.data() + 3 * i) = blocks_[i] * Eigen::Map<const Vec3>(r.data() + 3 * i);
+  };
+  pool.for_chunks(static_cast<int>(blocks_.size()), kBlocksPerChunk, std::cref(body));
+}
+
+}  // namespace crumple::sim::linear_solver

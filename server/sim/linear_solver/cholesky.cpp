@@ -1,0 +1,123 @@
+#include "server/sim/linear_solver/cholesky.h"
+
+#ifdef CRUMPLE_HAVE_CHOLMOD
+#include <cholmod.h>
+#else
+#include <Eigen/SparseCholesky>
+#endif
+
+#include <algorithm>
+#include <cassert>
+#include <vector>
+
+namespace crumple::sim::linear_solver {
+
+namespace {
+
+// Tells whether the pattern is the one seen before.
+class Pattern {
+ public:
+  bool update(const Eigen::SparseMatrix<double>& A) {
+    const std::span outer(A.outerIndexPtr(), static_cast<std::size_t>(A.outerSize() + 1));
+    const std::span inner(A.innerIndexPtr(), static_cast<std::size_t>(A.nonZeros()));
+    if (std::ranges::equal(outer, outer_) && std::ranges::equal(inner, inner_)) return false;
+    outer_.assign(outer.begin(), outer.end());
+    inner_.assign(inner.begin(), inner.end());
+    return true;
+  }
+
+ private:
+  std::vector<int> outer_, inner_;
+};
+
+bool all_finite(const Eigen::SparseMatrix<double>& A) {
+  return Eigen::Map<const Eigen::VectorXd>(A.valuePtr(), A.nonZeros()).allFinite();
+}
+
+}  // namespace
+
+#ifdef CRUMPLE_HAVE_CHOLMOD
+
+struct Cholesky::Impl {
+  cholmod_common common;
+  cholmod_factor* L = nullptr;
+  Pattern pattern;
+
+  Impl() {
+    cholmod_start(&common);
+    common.print = 0;
+    common.final_ll = 1;  // L L^T: a negative pivot is a failure, where L D L^T would go on
+  }
+  ~Impl() {
+    cholmod_free_factor(&L, &common);
+    cholmod_finish(&common);
+  }
+
+  bool factor(const Eigen::SparseMatrix<double>& A) {
+    cholmod_sparse view{};
+    view.nrow = view.ncol = static_cast<std::size_t>(A.rows());
+    view.nzmax = static_cast<std::size_t>(A.nonZeros());
+    view.p = const_cast<int*>(A.outerIndexPtr());
+    view.i = const_cast<int*>(A.innerIndexPtr());
+    view.x = const_cast<double*>(A.valuePtr());
+    view.stype = -1;  // lower triangle
+    view.itype = CHOLMOD_INT;
+    view.xtype = CHOLMOD_REAL;
+    view.dtype = CHOLMOD_DOUBLE;
+    view.sorted = view.packed = 1;
+    if (pattern.update(A) || !L) {
+      cholmod_free_factor(&L, &common);
+      L = cholmod_analyze(&view, &common);
+      if (!L) return false;
+    }
+    cholmod_factorize(&view, L, &common);
+    return common.status == CHOLMOD_OK && L->minor == L->n;
+  }
+
+  Eigen::VectorXd solve(const Eigen::VectorXd& b) {
+    cholmod_dense view{};
+    view.nrow = view.d = view.nzmax = static_cast<std::size_t>(b.size());
+    view.ncol = 1;
+    view.x = const_cast<double*>(b.data());
+    view.xtype = CHOLMOD_REAL;
+    view.dtype = CHOLMOD_DOUBLE;
+    cholmod_dense* result = cholmod_solve(CHOLMOD_A, L, &view, &common);
+    assert(result);
+    Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(result->x), b.size());
+    cholmod_free_dense(&result, &common);
+    return x;
+  }
+};
+
+#else
+
+struct Cholesky::Impl {
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> ldlt;
+  Pattern pattern;
+
+  bool factor(const Eigen::SparseMatrix<double>& A) {
+    if (pattern.update(A)) ldlt.analyzePattern(A);
+    ldlt.factorize(A);
+    return ldlt.info() == Eigen::Success && ldlt.vectorD().minCoeff() > 0;
+  }
+
+  Eigen::VectorXd solve(const Eigen::VectorXd& b) { return ldlt.solve(b); }
+};
+
+#endif
+
+Cholesky::Cholesky() : impl_(std::make_unique<Impl>()) {}
+Cholesky::~Cholesky() = default;
+Cholesky::Cholesky(Cholesky&&) noexcept = default;
+Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;
+
+bool Cholesky::factor(const Eigen::SparseMatrix<double>& A) {
+  assert(A.rows() == A.cols() && A.isCompressed());
+  return A.rows() > 0 && all_finite(A) && impl_->factor(A);
+}
+bool Cholesky::factor(const BlockSparseMatrix<double>& A) { return factor(A.to_sparse()); }
+bool Cholesky::factor(const BlockSparseMatrix<float>& A) { return factor(A.to_sparse()); }
+
+Eigen::VectorXd Cholesky::solve(const Eigen::VectorXd& b) const { return impl_->solve(b); }
+
+}  // namespace crumple::sim::linear_solver

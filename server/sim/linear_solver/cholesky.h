@@ -1,0 +1,34 @@
+#pragma once
+
+#include "server/sim/linear_solver/block_sparse_matrix.h"
+
+#include <Eigen/SparseCore>
+
+#include <memory>
+
+namespace crumple::sim::linear_solver {
+
+// Direct solver A x = b of a symmetric positive definite sparse matrix: CHOLMOD where the build has it, Eigen's
+// LDL^T where not. The symbolic analysis is kept as long as the pattern stays.
+class Cholesky {
+ public:
+  Cholesky();
+  ~Cholesky();
+  Cholesky(Cholesky&&) noexcept;
+  Cholesky& operator=(Cholesky&&) noexcept;
+
+  // Reads the lower triangle of A (square, both triangles may be stored). False if A is not positive definite:
+  // indefinite, singular or not finite; solve() is then not allowed.
+  [[nodiscard]] bool factor(const Eigen::SparseMatrix<double>& A);
+  [[nodiscard]] bool factor(const BlockSparseMatrix<double>& A);
+  [[nodiscard]] bool factor(const BlockSparseMatrix<float>& A);
+
+  // x = A^-1 b after a factor() that returned true.
+  Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace crumple::sim::linear_solver

@@ -1,0 +1,97 @@
+#include "server/sim/linear_solver/conjugate_gradient.h"
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace crumple::sim::linear_solver {
+
+namespace {
+
+constexpr int kChunk = 4096;  // entries; a multiple of a cache line
+
+double dot(const Eigen::VectorXd& a, const Eigen::VectorXd& b, std::vector<double>& partial, const ThreadPool& pool) {
+  const auto body = [&](int begin, int end) {
+    partial[begin / kChunk] = a.segment(begin, end - begin).dot(b.segment(begin, end - begin));
+  };
+  pool.for_chunks(static_cast<int>(a.size()), kChunk, std::cref(body));
+  double sum = 0;
+  for (double s : partial) sum += s;
+  return sum;
+}
+
+// x += alpha p, r -= alpha Ap
+void advance(double alpha, CgWorkspace& w, Eigen::VectorXd& x, const ThreadPool& pool) {
+  const auto body = [&](int begin, int end) {
+    const int n = end - begin;
+    x.segment(begin, n) += alpha * w.p.segment(begin, n);
+    w.r.segment(begin, n) -= alpha * w.Ap.segment(begin, n);
+  };
+  pool.for_chunks(static_cast<int>(x.size()), kChunk, std::cref(body));
+}
+
+// p = z + beta p
+void turn(double beta, CgWorkspace& w, const ThreadPool& pool) {
+  const auto body = [&](int begin, int end) {
+    auto p = w.p.segment(begin, end - begin);
+    p = w.z.segment(begin, end - begin) + beta * p;
+  };
+  pool.for_chunks(static_cast<int>(w.p.size()), kChunk, std::cref(body));
+}
+
+}  // namespace
+
+void CgWorkspace::resize(Eigen::Index size) {
+  if (r.size() == size) return;
+  for (Eigen::VectorXd* v : {&r, &z, &p, &Ap}) v->resize(size);
+  partial_sums.assign((size + kChunk - 1) / kChunk, 0.0);
+}
+
+SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondition, const Eigen::VectorXd& b,
+                               Eigen::VectorXd& x, const SolveOptions& options, CgWorkspace& w,
+                               const ThreadPool& pool) {
+  assert(x.size() == b.size());
+  w.resize(b.size());
+  precondition(b, w.z);
+  const double bb = dot(b, w.z, w.partial_sums, pool);
+  if (!std::isfinite(bb)) return {0, std::numeric_limits<double>::quiet_NaN(), false};
+  if (bb <= 0) {
+    x.setZero();
+    return {0, 0, true};
+  }
+
+  apply(x, w.Ap);
+  w.r = b - w.Ap;
+  precondition(w.r, w.z);
+  w.p = w.z;
+  double rz = dot(w.r, w.z, w.partial_sums, pool);
+
+  SolveReport report;
+  double best = std::numeric_limits<double>::infinity();
+  int best_at = 0;
+  while (true) {
+    report.residual = std::sqrt(rz / bb);
+    if (!std::isfinite(report.residual)) return report;
+    if (report.residual <= options.tolerance) {
+      report.converged = true;
+      return report;
+    }
+    if (report.residual < best) {
+      best = report.residual;
+      best_at = report.iterations;
+    }
+    if (report.iterations >= options.max_iterations || report.iterations - best_at >= kStagnationWindow) return report;
+
+    apply(w.p, w.Ap);
+    const double alpha = rz / dot(w.p, w.Ap, w.partial_sums, pool);
+    if (!(alpha > 0) || !std::isfinite(alpha)) return report;
+    advance(alpha, w, x, pool);
+    precondition(w.r, w.z);
+    const double rz_new = dot(w.r, w.z, w.partial_sums, pool);
+    turn(rz_new / rz, w, pool);
+    rz = rz_new;
+    ++report.iterations;
+  }
+}
+
+}  // namespace crumple::sim::linear_solver

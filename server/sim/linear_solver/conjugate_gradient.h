@@ -1,0 +1,47 @@
+#pragma once
+
+#include "server/sim/parallel_for.h"
+
+#include <Eigen/Core>
+
+#include <functional>
+#include <vector>
+
+namespace crumple::sim::linear_solver {
+
+// out = (linear map) in; both have the size of the system and are never the same vector. Give a large lambda as
+// std::cref(lambda): a std::function of a reference does not allocate.
+using LinearMap = std::function<void(const Eigen::VectorXd& in, Eigen::VectorXd& out)>;
+
+struct SolveOptions {
+  double tolerance = 1e-3;   // relative, see SolveReport
+  int max_iterations = 400;
+};
+
+// residual: |b - A x| / |b| in the norm of the preconditioner, |r| = sqrt(r . P^-1 r). It weighs light and heavy nodes,
+// and rows of different units (a rigid body's force and torque), on one scale. As in every conjugate gradient method it
+// is the recurrence's residual; the true one stops falling at round-off. NaN where b is not finite.
+struct SolveReport {
+  int iterations = 0;
+  double residual = 0;
+  bool converged = false;
+};
+
+// Vectors of a solve; kept by the caller, so that repeated solves of one size do not allocate.
+struct CgWorkspace {
+  Eigen::VectorXd r, z, p, Ap;
+  std::vector<double> partial_sums;  // one a chunk
+  void resize(Eigen::Index size);
+};
+
+// Preconditioned conjugate gradients (Shewchuk 1994) for symmetric positive definite A, from the guess in x.
+// An entry of x that already solves its own row and is coupled to no other keeps its bits: prescribed nodes stay exact.
+// Ends at the tolerance; at the cap; when the residual found no new low in kStagnationWindow iterations; or when a
+// product shows that A or P is not positive definite or not finite. x is finite on return whenever the guess was.
+// b = 0 gives x = 0. Sums run over fixed chunks: the bits do not depend on the number of threads.
+inline constexpr int kStagnationWindow = 250;
+SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondition, const Eigen::VectorXd& b,
+                               Eigen::VectorXd& x, const SolveOptions& options, CgWorkspace& workspace,
+                               const ThreadPool& pool);
+
+}  // namespace crumple::sim::linear_solver
