@@ -23,9 +23,9 @@ struct Example {
 
 // The authored, constant part of an example-based body: u, W and T of Jones et al. 2016, section 3.
 struct ExampleSet {
-  TetMesh mesh;                    // u: undeformed vertices [m] in the asset's axes, N of them, and their tets
-  Eigen::MatrixXd W;               // N x B skinning weights, 0 <= W, rows sum to 1
-  std::vector<Example> examples;   // E; examples[0] is the rest pose
+  TetMesh mesh;                   // u: undeformed vertices [m] in the asset's axes, N of them, and their tets
+  Eigen::MatrixXd W;              // N x B skinning weights, 0 <= W, rows sum to 1
+  std::vector<Example> examples;  // E; examples[0] is the rest pose
 
   // Collision: vertex ids of each convex part (hulls that move with the skin); one part at least.
   std::vector<std::vector<int>> convex_parts;
@@ -40,21 +40,30 @@ struct ExampleSet {
 
 // The six parameters of Jones et al. 2016, section 4, and the default restitution.
 struct ExampleParameters {
-  double alpha = 100;       // scale from displacement to example weight [1/m], eq. 8
-  double beta = 0;          // plastic yield threshold [N s], eq. 4
-  double gamma = 0.5;       // kernel radius [m], eq. 11
-  double lambda = 0.95;     // plasticity rate in [0, 1), eq. 13; per dt_ref unless raw_rates
-  double mu = 0.5;          // recovery of restitution [1/s], eq. 15
-  double nu = 2;            // loss of restitution by deformation [-], eq. 15
-  double restitution = 0.1; // C_r^*
-  bool raw_rates = false;   // the paper's: eq. 4 and 13 per step whatever dt is (DESIGN decision 7)
+  double alpha = 100;        // scale from displacement to example weight [1/m], eq. 8; [0, 1e9]
+  double beta = 0;           // plastic yield threshold [N s], eq. 4; [0, 1e12]
+  double gamma = 0.5;        // kernel radius [m], eq. 11; (0, 1e6]
+  double lambda = 0.95;      // plasticity rate in [0, 1), eq. 13; per dt_ref unless raw_rates
+  double mu = 0.5;           // recovery of restitution [1/s], eq. 15; [0, 1e6]
+  double nu = 2;             // loss of restitution by deformation [-], eq. 15; [0, 1e6]
+  double restitution = 0.1;  // C_r^*, [0, 1]
+  bool raw_rates = false;    // the paper's: eq. 4 and 13 per step whatever dt is (DESIGN decision 7)
   enum class Step { equation8, equation9, equation10 } step = Step::equation8;
   bool triangle_collision = false;  // GImpact triangle mesh instead of skinned convex parts (decision 6)
 };
 
-// Rejects what `validate(TetMesh)` rejects, W of another size, outside [0, 1] or with rows that do not sum to 1
-// within 1e-6, no example, another number of bones, non-finite transforms, zero quaternions, convex parts that are
-// empty, under four vertices or out of range. `field` prefixes the error's path.
+// Size limits of what the server accepts.
+inline constexpr int kMaxExamples = 64;  // the paper's bodies have 3 to 6
+inline constexpr int kMaxBones = 1024;   // the paper's have 12 to 64
+
+// Rejects what `validate(TetMesh)` rejects, W of another size, outside [0, 1] by more than 1e-9 or with rows that do
+// not sum to 1 within 1e-6, no example, another number of bones, non-finite transforms, quaternions shorter than 1e-6,
+// convex parts that are empty, under four vertices or out of range, and a non-empty `render` that
+// `validate(SurfaceMesh)` rejects. `field` prefixes the error's path.
 Result<void> validate(const ExampleSet& set, const std::string& field);
+
+// Rejects non-finite numbers, alpha, beta, mu or nu below 0, gamma <= 0, lambda outside [0, 1), restitution outside
+// [0, 1].
+Result<void> validate(const ExampleParameters& parameters, const std::string& field);
 
 }  // namespace crumple::sim::example_based

@@ -1,0 +1,74 @@
+#include "server/sim/example_based/deform.h"
+
+#include "server/sim/example_based/application.h"
+#include "server/sim/example_based/impulse_projection.h"
+#include "server/sim/example_based/restitution.h"
+#include "server/sim/example_based/skinning.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace crumple::sim::example_based {
+namespace {
+
+constexpr int kChunk = 8;  // impulses a task: a Jacobian is some microseconds
+
+}  // namespace
+
+void accumulate(const ExampleRest& rest, const ExampleParameters& parameters, StepTimes times, double mass,
+                std::span<const VertexImpulse> impulses, const ThreadPool& pool, ExampleState& state,
+                ExampleWorkspace& work) {
+  // Eq. 4 for all: what is not above beta costs no more than this.
+  const double dt = projection_dt(parameters, times.dt, times.rate_dt);
+  work.changes.clear();
+  work.dx.clear();
+  work.report.plastic.clear();
+  work.report.rejected = 0;
+  for (const VertexImpulse& at : impulses) {
+    assert(at.vertex >= 0 && at.vertex < rest.vertex_count());
+    if (!at.impulse.allFinite()) {
+      ++work.report.rejected;
+      continue;
+    }
+    const Vec3 dx = at.share * plastic_displacement(at.impulse, dt, mass, parameters.beta);
+    if (dx.isZero(0)) continue;
+    work.report.plastic.push_back({at.vertex, at.impulse.norm()});
+    work.changes.push_back({at.vertex, {}});
+    work.dx.push_back(dx);
+  }
+
+  pool.for_chunks(static_cast<int>(work.changes.size()), kChunk, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      WeightChange& change = work.changes[k];
+      const Jacobian J = skinning_jacobian(rest, change.vertex, state.E.row(change.vertex).transpose());
+      change.de = weight_change(parameters, J, work.dx[k]);
+    }
+  });
+  std::erase_if(work.changes, [](const WeightChange& change) { return change.de.isZero(0); });
+  propagate(rest, parameters, work.changes, pool, work.cache, state.dE, state.active);
+}
+
+void release(const ExampleRest& rest, const ExampleParameters& parameters, StepTimes times, const ThreadPool& pool,
+             ExampleState& state, ExampleWorkspace& work) {
+  DeformReport& report = work.report;
+  report.dE_frobenius = accumulator_norm(rest, parameters, state);
+  report.restitution = state.restitution =
+      update_restitution(parameters, state.restitution, times.dt, report.dE_frobenius);
+  report.moved = false;
+  report.finite = true;
+  if (state.active.empty()) return;
+
+  apply_delayed(parameters, lambda_per_step(parameters, times.dt, times.rate_dt), pool, state, work.changed);
+  report.moved = skin(rest, state.E, work.changed, pool, state.x);
+  report.finite = std::all_of(work.changed.begin(), work.changed.end(), [&](int i) { return state.x[i].allFinite(); });
+}
+
+const DeformReport& deform(const ExampleRest& rest, const ExampleParameters& parameters, StepTimes times, double mass,
+                           std::span<const VertexImpulse> impulses, const ThreadPool& pool, ExampleState& state,
+                           ExampleWorkspace& work) {
+  accumulate(rest, parameters, times, mass, impulses, pool, state, work);
+  release(rest, parameters, times, pool, state, work);
+  return work.report;
+}
+
+}  // namespace crumple::sim::example_based

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "server/sim/example_based/example_state.h"
+
+#include <span>
+
+// What a viewer draws of an example-based body: its `render` mesh carried by the tets, or the tets' own surface
+// (rest.surface_vertices, in that order). Triangles: rest.draw_triangles.
+namespace crumple::sim::example_based {
+
+// Fills rest.embedding and rest.draw_triangles; part of make_rest.
+void prepare_drawing(ExampleRest& rest);
+
+int draw_vertex_count(const ExampleRest& rest);
+
+// Positions [m, asset's axes], one a draw vertex.
+void draw_positions(const ExampleRest& rest, const ExampleState& state, std::span<Vec3> out);
+
+// 1 - E_i0, the weight of all examples other than rest, one a draw vertex, in [0, 1].
+void draw_values(const ExampleRest& rest, const ExampleState& state, std::span<float> out);
+
+}  // namespace crumple::sim::example_based

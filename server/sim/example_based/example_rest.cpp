@@ -1,0 +1,94 @@
+#include "server/sim/example_based/example_rest.h"
+
+#include "server/sim/example_based/draw_shape.h"
+#include "server/sim/example_based/hull_points.h"
+#include "server/sim/example_based/skinning.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace crumple::sim::example_based {
+namespace {
+
+void align_poses(ExampleRest& rest) {
+  const ExampleSet& set = *rest.set;
+  std::vector<Quat> q(set.example_count());
+  for (int b = 0; b < set.bone_count(); ++b) {
+    for (int e = 0; e < set.example_count(); ++e) q[e] = set.examples[e].bones[b].q.normalized();
+    const std::vector<std::int8_t> signs = alignment_signs(q);
+    bool turns = false;
+    for (int e = 0; e < set.example_count(); ++e) {
+      const Vec3& t = set.examples[e].bones[b].t;
+      rest.sign.push_back(signs[e]);
+      rest.poses.push_back({signs[e] * q[e].coeffs(), Vec4(t.x(), t.y(), t.z(), 0)});
+      turns |= rest.poses.back().q != rest.pose(b, 0).q;
+    }
+    rest.turns.push_back(turns);
+  }
+}
+
+// Rows that sum to 1 only to what a file's digits give are scaled, so that the identity keeps every vertex to rounding.
+void gather_weights(ExampleRest& rest) {
+  const Eigen::MatrixXd& W = rest.set->W;
+  rest.weight_start.push_back(0);
+  for (int i = 0; i < W.rows(); ++i) {
+    const double sum = W.row(i).cwiseMax(0).sum();
+    for (int b = 0; b < W.cols(); ++b)
+      if (W(i, b) > 0) rest.weights.push_back({b, W(i, b) / sum});
+    rest.weight_start.push_back(static_cast<int>(rest.weights.size()));
+  }
+}
+
+void skin_rest_pose(ExampleRest& rest) {
+  bool identity = true;
+  for (int b = 0; b < rest.bone_count(); ++b) {
+    const BonePose& T = rest.pose(b, 0);
+    identity &= T.t.isZero(0) && T.q.head<3>().isZero(0);
+  }
+  rest.x_rest = rest.set->mesh.X;
+  if (!identity)
+    for (int i = 0; i < rest.vertex_count(); ++i) rest.x_rest[i] = skin_in_example(rest, i, 0);
+}
+
+void share_mass(ExampleRest& rest) {
+  const TetMesh& mesh = rest.set->mesh;
+  rest.tet_share.resize(mesh.tet_count());
+  rest.vertex_share.assign(mesh.node_count(), 0);
+  for (int t = 0; t < mesh.tet_count(); ++t) {
+    rest.tet_share[t] = signed_volume(mesh, t) * (mesh.fill.empty() ? 1 : mesh.fill[t]);
+    rest.volume += rest.tet_share[t];
+  }
+  for (int t = 0; t < mesh.tet_count(); ++t) {
+    rest.tet_share[t] /= rest.volume;
+    for (int i : mesh.tets[t]) rest.vertex_share[i] += rest.tet_share[t] / 4;
+  }
+}
+
+void find_surface(ExampleRest& rest) {
+  for (const SurfaceFace& face : surface_faces(rest.set->mesh.tets)) rest.surface.push_back(face.nodes);
+  for (const Triangle& triangle : rest.surface)
+    rest.surface_vertices.insert(rest.surface_vertices.end(), triangle.begin(), triangle.end());
+  std::sort(rest.surface_vertices.begin(), rest.surface_vertices.end());
+  rest.surface_vertices.erase(std::unique(rest.surface_vertices.begin(), rest.surface_vertices.end()),
+                              rest.surface_vertices.end());
+  rest.surface_tree = SurfaceTree(rest.x_rest, rest.surface);
+}
+
+}  // namespace
+
+ExampleRest make_rest(std::shared_ptr<const ExampleSet> set) {
+  assert(set && validate(*set, "set"));
+  ExampleRest rest;
+  rest.set = std::move(set);
+  align_poses(rest);
+  gather_weights(rest);
+  skin_rest_pose(rest);
+  share_mass(rest);
+  rest.graph = edge_graph(rest.set->mesh.X, rest.set->mesh.tets);
+  find_surface(rest);
+  for (const std::vector<int>& part : rest.set->convex_parts) rest.hull_vertices.push_back(hull_candidates(rest, part));
+  prepare_drawing(rest);
+  return rest;
+}
+
+}  // namespace crumple::sim::example_based

@@ -1,0 +1,67 @@
+#pragma once
+
+#include "server/sim/example_based/example_set.h"
+#include "server/sim/example_based/geodesic_distance.h"
+#include "server/sim/example_based/qlerp.h"
+#include "server/sim/example_based/surface_tree.h"
+#include "server/sim/mesh/embedding.h"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace crumple::sim::example_based {
+
+// T_be of Jones et al. 2016, section 3, ready to be blended.
+struct BonePose {
+  Vec4 q;  // s_be q_be: normalised, aligned with the rest pose (x, y, z, w)
+  Vec4 t;  // translation [m], last entry 0: four wide, as q is
+};
+
+struct BoneWeight {
+  int bone;
+  double weight;  // > 0
+};
+
+// Everything about an example-based body that no step changes. Made once when the scene loads.
+struct ExampleRest {
+  std::shared_ptr<const ExampleSet> set;
+
+  // Skinning.
+  std::vector<BonePose> poses;      // B x E, bone-major: T_be is poses[b * E + e]
+  std::vector<std::int8_t> sign;    // s_be, as poses
+  std::vector<std::uint8_t> turns;  // B: 0 where all poses of the bone have the rest pose's rotation
+  std::vector<int> weight_start;    // N + 1: weights of vertex i at [start[i], start[i + 1])
+  std::vector<BoneWeight> weights;  // the entries of W above 0; each row sums to 1 to rounding
+  std::vector<Vec3> x_rest;         // N: skinned in the rest pose [m]; equal to u where that is the identity
+
+  // Mass. Shares sum to 1; they follow the rest volume times fill and stay while the body deforms.
+  double volume = 0;                 // [m^3], rest, times fill
+  std::vector<double> tet_share;     // [-]
+  std::vector<double> vertex_share;  // [-], a quarter of each tet's share to each of its vertices
+
+  // Propagation.
+  EdgeGraph graph;
+
+  // Surface.
+  std::vector<Triangle> surface;      // vertex ids, counter-clockwise from outside
+  std::vector<int> surface_vertices;  // ascending
+  SurfaceTree surface_tree;
+
+  // Collision: for each convex part, the vertices that can lie on its hull (hull_points.h).
+  std::vector<std::vector<int>> hull_vertices;
+
+  // Drawing: `render` carried by the tets, or the surface itself (draw_shape.h).
+  Embedding embedding;                   // empty where the surface is drawn
+  std::vector<Triangle> draw_triangles;  // ids of draw vertices
+
+  int vertex_count() const { return set->vertex_count(); }
+  int bone_count() const { return set->bone_count(); }
+  int example_count() const { return set->example_count(); }
+  const BonePose& pose(int bone, int example) const { return poses[bone * example_count() + example]; }
+};
+
+// `set` must have passed `validate`.
+ExampleRest make_rest(std::shared_ptr<const ExampleSet> set);
+
+}  // namespace crumple::sim::example_based

@@ -1,0 +1,110 @@
+#include "server/sim/example_based/skinning.h"
+
+#include <array>
+#include <atomic>
+#include <cassert>
+
+namespace crumple::sim::example_based {
+namespace {
+
+constexpr int kChunk = 64;  // vertices a task: some 50 us of work
+
+// The examples that take part in a row: few, however many there are.
+struct Support {
+  int count = 0;
+  std::array<int, kMaxExamples> example;
+  std::array<double, kMaxExamples> weight;
+
+  explicit Support(const WeightRow& row) {
+    for (int e = 0; e < row.size(); ++e)
+      if (row[e] != 0) {
+        example[count] = e;
+        weight[count++] = row[e];
+      }
+  }
+  bool is_rest() const { return count == 1 && example[0] == 0 && weight[0] == 1; }
+};
+
+struct Blend {
+  Vec4 Q;  // not guarded
+  Vec4 t;
+};
+
+Blend blend(const BonePose* poses, const Support& support) {
+  Blend sum{Vec4::Zero(), Vec4::Zero()};
+  for (int k = 0; k < support.count; ++k) {
+    sum.Q += support.weight[k] * poses[support.example[k]].q;
+    sum.t += support.weight[k] * poses[support.example[k]].t;
+  }
+  return sum;
+}
+
+std::span<const BoneWeight> weights_of(const ExampleRest& rest, int i) {
+  return std::span(rest.weights).subspan(rest.weight_start[i], rest.weight_start[i + 1] - rest.weight_start[i]);
+}
+
+}  // namespace
+
+Vec3 skin_vertex(const ExampleRest& rest, int i, const WeightRow& row) {
+  assert(row.size() == rest.example_count());
+  const Support support(row);
+  if (support.is_rest()) return rest.x_rest[i];
+  const Vec3& u = rest.set->mesh.X[i];
+  Vec3 x = Vec3::Zero();
+  for (const auto& [bone, weight] : weights_of(rest, i)) {
+    const BonePose* poses = &rest.pose(bone, 0);
+    const Blend T = blend(poses, support);
+    const Vec3 turned = rotate(rest.turns[bone] ? guarded(T.Q, poses[0].q) : poses[0].q, u);
+    x += weight * (turned + T.t.head<3>());
+  }
+  return x;
+}
+
+Vec3 skin_in_example(const ExampleRest& rest, int i, int e) {
+  const Vec3& u = rest.set->mesh.X[i];
+  Vec3 x = Vec3::Zero();
+  for (const auto& [bone, weight] : weights_of(rest, i)) {
+    const BonePose& T = rest.pose(bone, e);
+    x += weight * (rotate(T.q, u) + T.t.head<3>());
+  }
+  return x;
+}
+
+bool skin(const ExampleRest& rest, const Eigen::MatrixXd& E, std::span<const int> vertices, const ThreadPool& pool,
+          std::span<Vec3> x) {
+  assert(static_cast<int>(x.size()) == rest.vertex_count() && E.rows() == rest.vertex_count());
+  std::atomic<bool> moved = false;  // only ever set: the order of the writers cannot show
+  pool.for_chunks(static_cast<int>(vertices.size()), kChunk, [&](int begin, int end) {
+    bool any = false;
+    for (int k = begin; k < end; ++k) {
+      const int i = vertices[k];
+      const Vec3 skinned = skin_vertex(rest, i, E.row(i).transpose());
+      any |= skinned != x[i];
+      x[i] = skinned;
+    }
+    if (any) moved.store(true, std::memory_order_relaxed);
+  });
+  return moved.load();
+}
+
+Jacobian skinning_jacobian(const ExampleRest& rest, int i, const WeightRow& row) {
+  assert(row.size() == rest.example_count());
+  const int examples = rest.example_count();
+  const Support support(row);
+  const Vec3& u = rest.set->mesh.X[i];
+  Jacobian J = Jacobian::Zero(3, examples);
+  for (const auto& [bone, weight] : weights_of(rest, i)) {
+    const BonePose* poses = &rest.pose(bone, 0);
+    const Vec4& q_rest = poses[0].q;
+    const Vec4 Q = blend(poses, support).Q;
+    const Vec4 Q_guarded = guarded(Q, q_rest);
+    for (int e = 0; e < examples; ++e) {
+      Vec3 dx = poses[e].t.head<3>();
+      if (rest.turns[bone]) dx += rotate_derivative(Q_guarded, guarded_derivative(Q, q_rest, poses[e].q), u);
+      J.col(e) += weight * dx;
+    }
+  }
+  return J;
+}
+
+}  // namespace crumple::sim::example_based
