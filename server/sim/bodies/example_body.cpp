@@ -1,0 +1,112 @@
+#include "server/sim/bodies/example_body.h"
+
+#include "server/sim/example_based/deformed_mass.h"
+#include "server/sim/example_based/draw_shape.h"
+#include "server/sim/example_based/hull_points.h"
+#include "server/sim/rigid/proxy.h"
+
+namespace crumple::sim {
+
+namespace eb = example_based;
+
+Result<ExampleBody> ExampleBody::make(BodyId id, const BodyDescription& body, const ExampleModel& model,
+                                      RigidWorld& rigid, const std::string& field) {
+  ExampleBody example;
+  example.id = id;
+  example.friction = model.friction;
+  example.parameters_ = model.parameters;
+  example.rest = eb::make_rest(model.set);
+  example.state = eb::make_state(example.rest, model.parameters);
+  example.mass_ = model.mass > 0 ? model.mass : model.density * example.rest.volume;
+  auto added = rigid.add_deformable(id, example.shape(), example.mass_properties(), model.friction,
+                                    model.parameters.restitution, body.pose, body.velocity, body.angular_velocity);
+  if (!added) return std::unexpected(Error{added.error().code, field + "." + added.error().field, added.error().message});
+  example.make_proxy();
+  example.follow(body.pose);
+  return example;
+}
+
+DeformableShape ExampleBody::shape() const {
+  if (parameters_.triangle_collision) return SurfaceMesh{state.x, rest.surface};
+  std::vector<ConvexHull> parts(rest.hull_vertices.size());
+  for (std::size_t p = 0; p < parts.size(); ++p) eb::hull_points(rest, state, static_cast<int>(p), parts[p].points);
+  return parts;
+}
+
+MassProperties ExampleBody::mass_properties() const {
+  const eb::DeformedMass deformed = eb::deformed_mass(rest, state.x, mass_);
+  return {deformed.mass, deformed.com, deformed.inertia};
+}
+
+void ExampleBody::make_proxy() {
+  std::vector<PlacedShape> hulls;
+  for (std::size_t p = 0; p < rest.hull_vertices.size(); ++p) {
+    ConvexHull hull;
+    eb::hull_points(rest, state, static_cast<int>(p), hull.points);
+    hulls.push_back({Pose{}, std::move(hull)});
+  }
+  // A part that was crushed flat has no hull; the proxy then stays as it was.
+  if (auto tets = proxy_tets(hulls)) {
+    proxy = std::move(*tets);
+    collision = contact::make_collision_mesh(proxy.tets, proxy.X, {});
+    x.resize(proxy.X.size());
+  }
+}
+
+void ExampleBody::follow(const Pose& X_WB) {
+  for (std::size_t n = 0; n < x.size(); ++n) x[n] = X_WB * proxy.X[n];
+}
+
+DentOutcome ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool, RigidWorld& rigid) {
+  impulses_.clear();
+  if (!strikes_.empty()) {
+    eb::locate_impulses(rest, state, strikes_, eb::Site::nearest_vertex, boxes_, impulses_);
+    strikes_.clear();
+  }
+  const eb::DeformReport& report = eb::deform(rest, parameters_, {dt, rate_dt}, mass_, impulses_, pool, state, work_);
+  if (report.moved && report.finite) {
+    // A shape that cannot be had (a part crushed flat) keeps the last collision shape; drawing goes on.
+    if (rigid.set_shape_and_mass(id, shape(), mass_properties())) make_proxy();
+  }
+  rigid.set_restitution(id, report.restitution);
+
+  DentOutcome outcome{.plastic = static_cast<int>(report.plastic.size())};
+  for (const eb::PlasticImpulse& plastic : report.plastic) {
+    if (plastic.magnitude <= outcome.strongest) continue;
+    outcome.strongest = plastic.magnitude;
+    outcome.point = rigid.pose(id) * state.x[plastic.vertex];
+  }
+  return outcome;
+}
+
+BodyTopology ExampleBody::topology(const BodyDescription& body) const {
+  BodyTopology drawn{.id = id, .name = body.name, .model = BodyModel::example_based, .deformable = true};
+  drawn.colour = body.colour;
+  drawn.opacity = body.opacity;
+  drawn.triangles = rest.draw_triangles;
+  for (const eb::Example& example : rest.set->examples) drawn.channels.push_back(example.name);
+  BodyFrame frame;
+  capture(body.pose, false, frame);
+  drawn.vertices = std::move(frame.positions);
+  return drawn;
+}
+
+void ExampleBody::capture(const Pose& X_WB, bool with_values, BodyFrame& frame) const {
+  std::vector<Vec3> drawn(eb::draw_vertex_count(rest));
+  eb::draw_positions(rest, state, drawn);
+  frame.id = id;
+  frame.pose = X_WB;
+  frame.positions.clear();
+  for (const Vec3& p : drawn) frame.positions.push_back((X_WB * p).cast<float>());
+  frame.values.assign(with_values ? drawn.size() : 0, 0);
+  if (with_values) eb::draw_values(rest, state, frame.values);
+}
+
+void ExampleBody::hash(StateHash& hash) const {
+  for (double e : state.E.reshaped()) hash.add(e);
+  for (double e : state.dE.reshaped()) hash.add(e);
+  hash.add(std::span<const Vec3>(state.x));
+  hash.add(state.restitution);
+}
+
+}  // namespace crumple::sim

@@ -1,0 +1,61 @@
+#pragma once
+
+#include "common/error.h"
+#include "common/frame.h"
+#include "server/sim/contact/collision_mesh.h"
+#include "server/sim/example_based/deform.h"
+#include "server/sim/example_based/impulse_site.h"
+#include "server/sim/rigid/rigid_world.h"
+#include "server/sim/scene.h"
+#include "server/sim/state_hash.h"
+
+#include <string>
+#include <vector>
+
+namespace crumple::sim {
+
+struct DentOutcome {
+  int plastic = 0;             // impulses above beta
+  double strongest = 0;        // of them [N s]
+  Vec3 point = Vec3::Zero();   // where the strongest acted, in W [m]
+};
+
+// One example-based body of a world: a rigid body whose shape follows the impulses it takes (Jones et al. 2016).
+class ExampleBody {
+ public:
+  // Adds the body to `rigid`.
+  static Result<ExampleBody> make(BodyId id, const BodyDescription& body, const ExampleModel& model, RigidWorld& rigid,
+                                  const std::string& field);
+
+  BodyId id;
+  double friction = 0.5;
+  example_based::ExampleRest rest;
+  example_based::ExampleState state;
+  TetMesh proxy;                       // fans of the convex parts' hulls, body axes: what soft bodies meet
+  contact::CollisionMesh collision;
+  std::vector<Vec3> x;                 // proxy nodes in W [m]
+
+  void follow(const Pose& X_WB);       // x from the pose
+  // An impulse of this step, from Bullet, from soft contact or from a command; both in body axes.
+  void strike(const Vec3& point_B, const Vec3& impulse_B) { strikes_.push_back({point_B, impulse_B}); }
+  // Sections 3.2 and 3.3: impulses into example weights, then shape, mass properties and restitution into `rigid`.
+  DentOutcome deform(double dt, double rate_dt, const ThreadPool& pool, RigidWorld& rigid);
+
+  BodyTopology topology(const BodyDescription& body) const;
+  void capture(const Pose& X_WB, bool with_values, BodyFrame& frame) const;
+  void hash(StateHash& hash) const;
+
+ private:
+  DeformableShape shape() const;       // convex parts, or the surface as triangles
+  MassProperties mass_properties() const;
+  void make_proxy();
+
+  example_based::ExampleParameters parameters_;
+  double mass_ = 0;                    // [kg], constant
+  std::vector<example_based::PointImpulse> strikes_;
+  std::vector<example_based::VertexImpulse> impulses_;  // scratch
+  example_based::SurfaceTree::Boxes boxes_;             // scratch
+  example_based::ExampleWorkspace work_;
+};
+
+}  // namespace crumple::sim

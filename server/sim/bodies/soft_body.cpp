@@ -1,0 +1,267 @@
+#include "server/sim/bodies/soft_body.h"
+
+#include "server/sim/motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace crumple::sim {
+namespace {
+
+// Tags the error of a room below with where in the scene it is.
+std::vector<double> tet_masses_of(const fem::RestBody& rest) {
+  std::vector<double> masses(rest.tet_count());
+  for (int t = 0; t < rest.tet_count(); ++t) masses[t] = rest.material.density * rest.fill[t] * rest.volume[t];
+  return masses;
+}
+
+// The stress that is drawn in full colour: where the material gives way, if it does; else 5 % strain.
+double drawn_stress(const fem::FemMaterial& material) {
+  if (material.breakable && !material.raw_toughness) return material.toughness;
+  const double shear = material.young / (2 * (1 + material.poisson));
+  if (std::isfinite(material.yield)) return std::sqrt(6.0) * shear * material.yield;
+  return 0.05 * material.young;
+}
+
+}  // namespace
+
+Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const FemModel& model, bool float_solver,
+                                const std::string& field) {
+  const TetMesh& mesh = *model.mesh;
+  auto rest = fem::make_rest_body(mesh, model.material, model.clamp_limit);
+  if (!rest) return std::unexpected(Error{rest.error().code, field + "." + rest.error().field, rest.error().message});
+
+  SoftBody soft;
+  soft.id = id;
+  soft.name_ = body.name;
+  soft.colour_ = body.colour;
+  soft.opacity_ = body.opacity;
+  soft.pose_at_start_ = body.pose;
+  soft.tets = mesh.tets;
+  soft.X = mesh.X;
+  soft.rest = std::move(*rest);
+  soft.system = fem::StepSystem(float_solver);
+  soft.tet_mass_ = tet_masses_of(soft.rest);
+  soft.value_scale_ = drawn_stress(model.material);
+  soft.state.plastic_strain.assign(mesh.tets.size(), Mat3::Zero());
+  for (const Vec3& X : mesh.X) {
+    const Vec3 x = body.pose * X;
+    soft.state.x.push_back(x);
+    soft.state.v.push_back(body.velocity + body.angular_velocity.cross(x - body.pose.p_WB));
+  }
+  // A node without a tet has no mass and no equation: it is held where it is.
+  soft.fixed.assign(mesh.X.size(), 0);
+  NodeMotion loose;
+  for (int n = 0; n < soft.node_count(); ++n) {
+    if (soft.rest.node_mass[n] == 0) loose.nodes.push_back(n);
+  }
+  std::vector<NodeMotion> motions = model.motions;
+  if (!loose.nodes.empty()) motions.push_back(loose);
+  for (const NodeMotion& motion : motions) {
+    DrivenNodes driven{motion, {}};
+    for (int n : motion.nodes) {
+      driven.at_start.push_back(soft.state.x[n]);
+      soft.fixed[n] = 1;
+    }
+    soft.driven_.push_back(std::move(driven));
+  }
+  // A body that may break shows its tets: pieces of an embedded surface would be drawn out between its parts.
+  if (model.render && !model.material.breakable) {
+    soft.render_ = model.render;
+    soft.embedding_ = embed(model.render->vertices, mesh);
+  }
+  soft.topology_changed();
+  return soft;
+}
+
+void SoftBody::topology_changed() {
+  collision = contact::make_collision_mesh(tets, X, tet_mass_);
+  impulse = Eigen::VectorXd::Zero(3 * node_count());
+  if (render_) return;
+  std::vector<int> draw_id(X.size(), -1);
+  draw_triangles_.clear();
+  for (const SurfaceFace& face : surface_faces(tets)) {
+    for (int n : face.nodes) draw_id[n] = 0;
+    draw_triangles_.push_back(face.nodes);
+  }
+  draw_nodes_.clear();
+  for (int n = 0; n < node_count(); ++n) {
+    if (draw_id[n] < 0) continue;
+    draw_id[n] = static_cast<int>(draw_nodes_.size());
+    draw_nodes_.push_back(n);
+  }
+  for (Triangle& triangle : draw_triangles_) {
+    for (int& n : triangle) n = draw_id[n];
+  }
+}
+
+void SoftBody::prescribe(double time, double dt) {
+  prescribed_.clear();
+  for (const DrivenNodes& driven : driven_) {
+    const bool moves = !driven.motion.keys.empty();
+    const Pose to = moves ? pose_at(driven.motion.keys, time + dt) : Pose{};
+    for (std::size_t k = 0; k < driven.at_start.size(); ++k) {
+      const int n = driven.motion.nodes[k];
+      // Keys turn about the body's origin as it was at t = 0.
+      const Vec3 target = moves ? pose_at_start_.p_WB + to * (driven.at_start[k] - pose_at_start_.p_WB) : driven.at_start[k];
+      const Vec3 velocity = moves ? ((target - state.x[n]) / dt).eval() : Vec3::Zero();
+      prescribed_.push_back({n, velocity});
+      state.v[n] = velocity;
+    }
+  }
+  if (frozen) {
+    prescribed_.clear();
+    for (int n = 0; n < node_count(); ++n) prescribed_.push_back({n, Vec3::Zero()});
+  }
+}
+
+void SoftBody::assemble(const Vec3& gravity, double dt, const ThreadPool& pool) {
+  Eigen::VectorXd f_ext = impulse / dt;
+  for (int n = 0; n < node_count(); ++n) f_ext.segment<3>(3 * n) += rest.node_mass[n] * gravity;
+  fem::assemble(rest, tets, state, f_ext, dt, prescribed_, pool, system);
+  impulse.setZero();
+}
+
+bool SoftBody::advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt) {
+  if (frozen) return true;
+  x_before_ = state.x;
+  bool finite = v_plus.allFinite();
+  for (int n = 0; finite && n < node_count(); ++n) {
+    state.v[n] = v_plus.segment<3>(3 * n);
+    state.x[n] += dt * state.v[n];
+    finite = state.x[n].cwiseAbs().maxCoeff() < kMaxPosition;
+  }
+  if (finite) return true;
+  frozen = true;
+  state.x = x_before_;
+  for (Vec3& v : state.v) v.setZero();
+  std::fill(fixed.begin(), fixed.end(), 1);
+  return false;
+}
+
+void SoftBody::plastic_flow(double dt, double creep_dt, const ThreadPool& pool) {
+  if (frozen) return;
+  fem::plastic_flow(rest, tets, state.x, dt, creep_dt, pool, state.plastic_strain, system.elements);
+}
+
+void SoftBody::push(const Vec3& impulse_W, const Vec3& point_W, double radius) {
+  std::vector<int> nodes;
+  std::vector<double> weights;
+  int nearest = 0;
+  for (int n = 0; n < node_count(); ++n) {
+    const double distance = (state.x[n] - point_W).norm();
+    if (distance < (state.x[nearest] - point_W).norm()) nearest = n;
+    if (distance >= radius || fixed[n]) continue;
+    const double s = 1 - distance * distance / (radius * radius);
+    nodes.push_back(n);
+    weights.push_back(rest.node_mass[n] * s * s);
+  }
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  if (sum <= 0) {
+    impulse.segment<3>(3 * nearest) += impulse_W;
+    return;
+  }
+  for (std::size_t k = 0; k < nodes.size(); ++k) impulse.segment<3>(3 * nodes[k]) += weights[k] / sum * impulse_W;
+}
+
+void SoftBody::push_nodes(const Vec3& impulse_W, std::span<const int> nodes) {
+  double sum = 0;
+  for (int n : nodes) sum += rest.node_mass[n];
+  for (int n : nodes) {
+    const double share = sum > 0 ? rest.node_mass[n] / sum : 1.0 / static_cast<double>(nodes.size());
+    impulse.segment<3>(3 * n) += share * impulse_W;
+  }
+}
+
+Vec3 SoftBody::centre_of_mass() const {
+  Vec3 sum = Vec3::Zero();
+  double mass = 0;
+  for (int n = 0; n < node_count(); ++n) {
+    sum += rest.node_mass[n] * state.x[n];
+    mass += rest.node_mass[n];
+  }
+  return sum / mass;
+}
+
+Vec3 SoftBody::momentum() const {
+  Vec3 sum = Vec3::Zero();
+  for (int n = 0; n < node_count(); ++n) sum += rest.node_mass[n] * state.v[n];
+  return sum;
+}
+
+std::vector<double> SoftBody::von_mises() const {
+  std::vector<double> values(tets.size());
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    if (t >= system.elements.sigma.size()) break;  // before the first step: stress-free
+    const Mat3& sigma = system.elements.sigma[t];
+    const Mat3 deviator = sigma - sigma.trace() / 3 * Mat3::Identity();
+    values[t] = std::sqrt(1.5) * deviator.norm();
+  }
+  return values;
+}
+
+std::vector<float> SoftBody::node_values() const {
+  std::vector<double> sum(X.size(), 0), weight(X.size(), 0);
+  const std::vector<double> stress = von_mises();
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    for (int n : tets[t]) {
+      sum[n] += rest.volume[t] * stress[t];
+      weight[n] += rest.volume[t];
+    }
+  }
+  std::vector<float> values(X.size(), 0);
+  for (std::size_t n = 0; n < X.size(); ++n) {
+    if (weight[n] > 0) values[n] = static_cast<float>(std::clamp(sum[n] / weight[n] / value_scale_, 0.0, 1.0));
+  }
+  return values;
+}
+
+BodyTopology SoftBody::topology() const {
+  BodyTopology drawn{.id = id, .name = name_, .model = BodyModel::fem, .deformable = true};
+  drawn.colour = colour_;
+  drawn.opacity = opacity_;
+  drawn.triangles = render_ ? render_->triangles : draw_triangles_;
+  drawn.channels = {"stress"};
+  BodyFrame frame;
+  capture(false, frame);
+  drawn.vertices = std::move(frame.positions);
+  return drawn;
+}
+
+void SoftBody::capture(bool with_values, BodyFrame& frame) const {
+  frame.id = id;
+  frame.pose.p_WB = centre_of_mass();
+  frame.positions.clear();
+  frame.values.clear();
+  const std::vector<float> values = with_values ? node_values() : std::vector<float>{};
+  if (render_) {
+    std::vector<Vec3> x(embedding_.tet.size());
+    embedded_positions(embedding_, tets, state.x, x);
+    for (const Vec3& p : x) frame.positions.push_back(p.cast<float>());
+    if (!with_values) return;
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      float value = 0;
+      for (int k = 0; k < 4; ++k) value += static_cast<float>(embedding_.weights[v][k]) * values[tets[embedding_.tet[v]][k]];
+      frame.values.push_back(std::clamp(value, 0.0f, 1.0f));
+    }
+    return;
+  }
+  for (int n : draw_nodes_) {
+    frame.positions.push_back(state.x[n].cast<float>());
+    if (with_values) frame.values.push_back(values[n]);
+  }
+}
+
+void SoftBody::hash(StateHash& hash) const {
+  hash.add(static_cast<std::uint64_t>(X.size()));
+  hash.add(std::span<const Vec3>(state.x));
+  hash.add(std::span<const Vec3>(state.v));
+  hash.add(std::span<const Mat3>(state.plastic_strain));
+  for (const Tet& tet : tets) {
+    for (int n : tet) hash.add(static_cast<std::uint64_t>(n));
+  }
+  hash.add(static_cast<std::uint64_t>(frozen));
+}
+
+}  // namespace crumple::sim

@@ -1,0 +1,94 @@
+#pragma once
+
+#include "common/error.h"
+#include "common/frame.h"
+#include "server/sim/contact/collision_mesh.h"
+#include "server/sim/fem/assembly.h"
+#include "server/sim/fem/elements.h"
+#include "server/sim/fem/fem_state.h"
+#include "server/sim/mesh/embedding.h"
+#include "server/sim/scene.h"
+#include "server/sim/state_hash.h"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace crumple::sim {
+
+struct FractureOutcome {
+  int splits = 0;
+  int fragments = 1;            // face-connected components afterwards
+  Vec3 point = Vec3::Zero();    // of the first split, in W [m]
+  double stress = 0;            // highest separation found: [Pa], raw [N]
+};
+
+// One finite-element body of a world: rest data, state, and what the stages of a step do to it.
+class SoftBody {
+ public:
+  static Result<SoftBody> make(BodyId id, const BodyDescription& body, const FemModel& model, bool float_solver,
+                               const std::string& field);
+
+  BodyId id;
+  std::vector<Tet> tets;
+  std::vector<Vec3> X;                          // rest positions in the body's axes; grows with splits
+  fem::RestBody rest;
+  fem::FemState state;
+  fem::StepSystem system;
+  Eigen::VectorXd impulse;                      // 3n: asked for by commands in this step [N s]
+  contact::CollisionMesh collision;
+  std::vector<char> fixed;              // one a node: prescribed
+  bool frozen = false;
+
+  const fem::FemMaterial& material() const { return rest.material; }
+  int node_count() const { return static_cast<int>(X.size()); }
+
+  // Velocities that take scripted nodes from where they are to their place at time + dt.
+  void prescribe(double time, double dt);
+  void assemble(const Vec3& gravity, double dt, const ThreadPool& pool);
+  // v := v+ and x := x + dt v+; freezes the body where it was if that is not finite. Returns false then.
+  bool advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt);
+  void plastic_flow(double dt, double creep_dt, const ThreadPool& pool);
+  // Separation tensors and node splitting (section 5). After a split the topology is another.
+  FractureOutcome fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool);
+
+  // Spreads an impulse [N s] over the nodes within radius of a point by a smooth kernel times their mass; on the nearest
+  // node if there is none.
+  void push(const Vec3& impulse_W, const Vec3& point_W, double radius);
+  void push_nodes(const Vec3& impulse_W, std::span<const int> nodes);  // shared by mass
+
+  Vec3 centre_of_mass() const;
+  Vec3 momentum() const;
+
+  BodyTopology topology() const;
+  void capture(bool with_values, BodyFrame& frame) const;
+  std::vector<double> von_mises() const;        // one a tet [Pa]
+  void hash(StateHash& hash) const;
+
+ private:
+  // Nodes that follow keys; no keys: held. `at_start`: where each was at t = 0, in W.
+  struct DrivenNodes {
+    NodeMotion motion;
+    std::vector<Vec3> at_start;
+  };
+  void topology_changed();
+  std::vector<float> node_values() const;
+
+  std::string name_;
+  std::array<float, 3> colour_;
+  float opacity_ = 1;
+  Pose pose_at_start_;
+  std::vector<DrivenNodes> driven_;
+  std::vector<fem::PrescribedNode> prescribed_;
+  std::vector<double> tet_mass_;
+  double value_scale_ = 1;                      // stress drawn as 1 [Pa]
+  std::vector<Vec3> x_before_;                  // scratch: positions before the step
+  // Drawing: the embedded mesh, or the tets' own surface.
+  std::shared_ptr<const SurfaceMesh> render_;
+  Embedding embedding_;
+  std::vector<int> draw_nodes_;                 // surface nodes, ascending
+  std::vector<Triangle> draw_triangles_;        // ids into draw_nodes_
+  int last_fragments_ = 1;
+};
+
+}  // namespace crumple::sim

@@ -1,0 +1,120 @@
+#include "server/sim/world.h"
+
+#include "server/sim/fem/elements.h"
+#include "server/sim/fracture/fragments.h"
+#include "server/sim/world_impl.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace crumple::sim {
+
+World::World() = default;
+World::~World() = default;
+
+Result<std::unique_ptr<World>> World::create(const SceneDescription& scene, const WorldOptions& options) {
+  assert(options.threads >= 1);
+  if (auto valid = validate(scene); !valid) return std::unexpected(valid.error());
+  std::unique_ptr<World> world(new World);
+  world->impl_ = std::make_unique<Impl>(options, RigidSettings{.gravity = scene.gravity});
+  world->impl_->scene = scene;
+  world->impl_->script = scene.script;
+  if (auto made = world->impl_->make_bodies(); !made) return std::unexpected(made.error());
+  return world;
+}
+
+// One step: the table of contents of docs/architecture.md.
+StepReport World::step() {
+  Impl& w = *impl_;
+  StepReport report{.step = w.step};
+  w.stage_times.clear();
+  w.timed("commands", [&] { w.apply_commands(); });
+  w.timed("kinematic", [&] { w.prescribe_motion(); });
+  w.timed("detect", [&] { w.detect_contact(report); });
+  w.timed("assemble", [&] { w.assemble(); });
+  w.timed("solve", [&] { w.solve(report); });
+  w.timed("rigid", [&] { w.step_rigid(report); });
+  w.timed("examples", [&] { w.deform_examples(report); });
+  w.timed("plasticity", [&] { w.plastic_flow(); });
+  w.timed("fracture", [&] { w.fracture(report); });
+  ++w.step;
+  return report;
+}
+
+void World::set_clock(double (*now_ms)()) { impl_->now_ms = now_ms; }
+const std::vector<StageTime>& World::stage_times() const { return impl_->stage_times; }
+double World::time() const { return impl_->time(); }
+std::uint64_t World::step_count() const { return impl_->step; }
+double World::dt() const { return impl_->scene.dt; }
+int World::body_count() const { return static_cast<int>(impl_->places.size()); }
+
+BodyId World::find(const std::string& name) const {
+  const auto& bodies = impl_->scene.bodies;
+  const auto at = std::find_if(bodies.begin(), bodies.end(), [&](const BodyDescription& b) { return b.name == name; });
+  return static_cast<BodyId>(at - bodies.begin());
+}
+
+Pose World::pose(BodyId body) const {
+  const Impl::Place place = impl_->places[body];
+  if (place.model == BodyModel::fem) return {Quat::Identity(), impl_->soft[place.index].centre_of_mass()};
+  return impl_->rigid.pose(body);
+}
+
+Vec3 World::velocity(BodyId body) const {
+  const Impl::Place place = impl_->places[body];
+  if (place.model != BodyModel::fem) return impl_->rigid.velocity(body);
+  const SoftBody& soft = impl_->soft[place.index];
+  return soft.momentum() / soft.rest.mass();
+}
+
+Energies World::energies() const {
+  Energies total;
+  for (const SoftBody& soft : impl_->soft) {
+    for (int n = 0; n < soft.node_count(); ++n) {
+      const Vec3 p = soft.rest.node_mass[n] * soft.state.v[n];
+      total.kinetic += 0.5 * p.dot(soft.state.v[n]);
+      total.gravitational -= soft.rest.node_mass[n] * impl_->scene.gravity.dot(soft.state.x[n]);
+      total.momentum += p;
+      total.angular_momentum += soft.state.x[n].cross(p);
+    }
+    total.elastic += fem::elastic_energy(soft.rest, soft.tets, soft.state.x, soft.state.plastic_strain);
+  }
+  for (BodyId id = 0; id < impl_->places.size(); ++id) {
+    if (impl_->places[id].model == BodyModel::fem || !impl_->rigid.is_moving(id)) continue;
+    const RigidWorld& rigid = impl_->rigid;
+    total.kinetic += rigid.kinetic_energy(id);
+    total.gravitational -= rigid.mass(id) * impl_->scene.gravity.dot(rigid.com(id));
+    total.momentum += rigid.momentum(id);
+    total.angular_momentum += rigid.angular_momentum(id) + rigid.com(id).cross(rigid.momentum(id));
+  }
+  return total;
+}
+
+FemView World::fem(BodyId body) const {
+  assert(impl_->places[body].model == BodyModel::fem);
+  const SoftBody& soft = impl_->soft[impl_->places[body].index];
+  FemView view{soft.tets, soft.state.x, soft.state.v, soft.state.plastic_strain, soft.von_mises()};
+  view.inverted = fem::inverted_count(soft.tets, soft.state.x);
+  view.fragments = fracture::find_fragments(soft.tets).count();
+  return view;
+}
+
+const Eigen::MatrixXd& World::example_weights(BodyId body) const {
+  assert(impl_->places[body].model == BodyModel::example_based);
+  return impl_->examples[impl_->places[body].index].state.E;
+}
+
+std::uint64_t World::state_hash() const {
+  StateHash hash;
+  hash.add(impl_->step);
+  for (const SoftBody& soft : impl_->soft) soft.hash(hash);
+  for (const ExampleBody& example : impl_->examples) example.hash(hash);
+  std::vector<double> rigid;
+  impl_->rigid.append_state(rigid);
+  hash.add(std::span<const double>(rigid));
+  for (const auto& held : impl_->friction.entries) hash.add(held.impulse);
+  for (const Impl::ActiveForce& force : impl_->forces) hash.add(force.left);
+  return hash.value();
+}
+
+}  // namespace crumple::sim

@@ -1,0 +1,44 @@
+#include "common/text.h"
+#include "server/sim/world_impl.h"
+
+namespace crumple::sim {
+
+Result<void> World::Impl::make_bodies() {
+  places.resize(scene.bodies.size());
+  for (BodyId id = 0; id < scene.bodies.size(); ++id) {
+    const BodyDescription& body = scene.bodies[id];
+    const std::string field = text("bodies[", id, "]");
+    const auto keep = [&](auto made, auto& list, BodyModel model) -> Result<void> {
+      if (!made) return std::unexpected(made.error());
+      places[id] = {model, static_cast<int>(list.size())};
+      list.push_back(std::move(*made));
+      return {};
+    };
+    Result<void> kept;
+    if (const auto* fem = std::get_if<FemModel>(&body.model)) {
+      kept = keep(SoftBody::make(id, body, *fem, scene.float_solver, field + ".fem"), soft, BodyModel::fem);
+    } else if (const auto* example = std::get_if<ExampleModel>(&body.model)) {
+      kept = keep(ExampleBody::make(id, body, *example, rigid, field + ".example"), examples, BodyModel::example_based);
+    } else {
+      const auto& model = std::get<RigidModel>(body.model);
+      kept = keep(SolidBody::make(id, body, model, rigid, field + ".rigid"), solids,
+                  model.kind == RigidKind::fixed ? BodyModel::fixed : BodyModel::rigid);
+    }
+    if (!kept) return kept;
+  }
+  was_capped.assign(soft.size(), 0);
+  topology.bodies.resize(places.size());
+  for (BodyId id = 0; id < places.size(); ++id) rebuild_topology(id);
+  return {};
+}
+
+void World::Impl::rebuild_topology(BodyId id) {
+  const BodyDescription& body = scene.bodies[id];
+  switch (places[id].model) {
+    case BodyModel::fem: topology.bodies[id] = soft[places[id].index].topology(); break;
+    case BodyModel::example_based: topology.bodies[id] = examples[places[id].index].topology(body); break;
+    default: topology.bodies[id] = solids[places[id].index].topology(body);
+  }
+}
+
+}  // namespace crumple::sim

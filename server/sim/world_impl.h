@@ -1,0 +1,89 @@
+#pragma once
+
+#include "server/sim/bodies/example_body.h"
+#include "server/sim/bodies/soft_body.h"
+#include "server/sim/bodies/solid_body.h"
+#include "server/sim/islands/composite_island.h"
+#include "server/sim/parallel_for.h"
+#include "server/sim/rigid/rigid_world.h"
+#include "server/sim/world.h"
+
+// Private to world*.cpp: what a world is made of. The stages of a step are its member functions, in the order in which
+// World::step calls them; docs/architecture.md has a section for each.
+namespace crumple::sim {
+
+struct World::Impl {
+  explicit Impl(const WorldOptions& options, const RigidSettings& settings) : pool(options.threads), rigid(settings) {}
+
+  // Where a body's data is.
+  struct Place {
+    BodyModel model;
+    int index;  // into soft, solids or examples
+  };
+  struct ActiveForce {
+    ApplyForce force;
+    double left;  // [s]
+  };
+
+  SceneDescription scene;
+  ThreadPool pool;
+  std::vector<Place> places;  // by BodyId
+  std::vector<SoftBody> soft;
+  std::vector<SolidBody> solids;
+  std::vector<ExampleBody> examples;
+  RigidWorld rigid;
+
+  // State besides the bodies'.
+  std::uint64_t step = 0;
+  std::vector<Command> commands;          // for the next step
+  std::vector<ScriptedCommand> script;    // still to come, ascending in time
+  std::vector<ActiveForce> forces;
+  contact::FrictionMemory friction;
+
+  // Outcome.
+  Topology topology;
+  std::vector<Event> events;
+  std::uint64_t event_count = 0;
+  std::vector<StageTime> stage_times;
+  double (*now_ms)() = nullptr;
+
+  // One step's data, from stage to stage.
+  std::vector<contact::CollisionBody> collision_bodies;  // soft bodies, then solids, then examples
+  std::vector<BodyId> collision_ids;
+  std::vector<contact::CollisionPlane> planes;
+  std::vector<islands::IslandBody> island_bodies;        // as collision_bodies
+  std::vector<islands::CompositeIsland> composite;
+  std::vector<contact::ContactRow> rows;
+  std::vector<char> was_capped;                          // one a soft body: its last solve ended at its cap
+
+  double time() const { return static_cast<double>(step) * scene.dt; }
+
+  Result<void> make_bodies();
+  Result<void> check(const Command& command, const std::string& field) const;
+
+  // Stages.
+  void apply_commands();
+  void prescribe_motion();
+  void detect_contact(StepReport& report);
+  void assemble();
+  void solve(StepReport& report);
+  void step_rigid(StepReport& report);
+  void deform_examples(StepReport& report);
+  void plastic_flow();
+  void fracture(StepReport& report);
+
+  void apply(const Command& command);
+  void push_body(BodyId body, const Vec3& impulse, const Vec3& point, double radius);
+  void rebuild_topology(BodyId body);
+  Event& add_event(EventKind kind, BodyId body);
+
+  // Runs one stage and notes its time if somebody keeps a clock.
+  template <class Stage>
+  void timed(const char* name, Stage&& stage) {
+    const double start = now_ms ? now_ms() : 0;
+    stage();
+    if (now_ms) stage_times.push_back({name, now_ms() - start});
+  }
+};
+
+}  // namespace crumple::sim

@@ -1,0 +1,40 @@
+#include "common/text.h"
+#include "server/sim/world_impl.h"
+
+#include <algorithm>
+
+// The rigid step and the example-based bodies that live on its impulses.
+namespace crumple::sim {
+
+void World::Impl::step_rigid(StepReport& report) {
+  if (solids.empty() && examples.empty()) return;
+  const RigidStepReport outcome = rigid.step(scene.dt, scene.rigid_substeps);
+  report.worst_penetration = std::max(report.worst_penetration, outcome.worst_penetration);
+  for (BodyId id : outcome.frozen) {
+    add_event(EventKind::frozen, id).message =
+        text(scene.bodies[id].name, " left the range of finite numbers and is held where it last was");
+  }
+  for (const ContactImpulse& contact : rigid.contact_impulses()) {
+    const auto strike = [&](BodyId id, const Vec3& point_B, const Vec3& impulse_W) {
+      if (places[id].model != BodyModel::example_based) return;
+      examples[places[id].index].strike(point_B, rigid.pose(id).R_WB.conjugate() * impulse_W);
+    };
+    strike(contact.a, contact.point_a_B, contact.impulse_W);
+    strike(contact.b, contact.point_b_B, -contact.impulse_W);
+  }
+}
+
+void World::Impl::deform_examples(StepReport& report) {
+  for (ExampleBody& body : examples) {
+    const DentOutcome outcome = body.deform(scene.dt, scene.rate_dt, pool, rigid);
+    if (outcome.plastic == 0) continue;
+    report.plastic_impulses += outcome.plastic;
+    Event& event = add_event(EventKind::dent, body.id);
+    event.point = outcome.point;
+    event.magnitude = outcome.strongest;
+    event.count = outcome.plastic;
+    event.message = text(scene.bodies[body.id].name, " takes a dent of ", outcome.strongest, " N s");
+  }
+}
+
+}  // namespace crumple::sim

@@ -1,0 +1,153 @@
+#include "common/text.h"
+#include "server/sim/motion.h"
+#include "server/sim/world_impl.h"
+
+#include <algorithm>
+
+// The stages around the implicit solve: prescribed motion, contact, assembly, composite islands, and what happens to
+// finite-element bodies after it.
+namespace crumple::sim {
+
+void World::Impl::prescribe_motion() {
+  for (SoftBody& body : soft) body.prescribe(time(), scene.dt);
+  for (SolidBody& body : solids) {
+    if (body.model.kind == RigidKind::kinematic && !body.model.motion.empty()) {
+      rigid.set_target(body.id, pose_at(body.model.motion, time() + scene.dt));
+    }
+  }
+}
+
+void World::Impl::detect_contact(StepReport& report) {
+  rows.clear();
+  collision_bodies.clear();
+  collision_ids.clear();
+  planes.clear();
+  if (soft.empty()) return;
+
+  for (const SoftBody& body : soft) {
+    collision_bodies.push_back({.mesh = &body.collision, .x = body.state.x, .v = body.state.v, .fixed = body.fixed,
+                                .friction = body.material().friction});
+    collision_ids.push_back(body.id);
+  }
+  const auto motion = [&](BodyId id) {
+    return contact::RigidMotion{rigid.com(id), rigid.velocity(id), rigid.angular_velocity(id), rigid.mass(id), rigid.is_moving(id)};
+  };
+  for (SolidBody& body : solids) {
+    planes.insert(planes.end(), body.planes.begin(), body.planes.end());
+    if (body.proxy.tets.empty()) continue;
+    if (body.model.kind != RigidKind::fixed) body.follow(rigid.pose(body.id));
+    contact::RigidMotion moving = motion(body.id);
+    if (body.model.kind == RigidKind::kinematic && !body.model.motion.empty()) {
+      const Pose from = rigid.pose(body.id), to = pose_at(body.model.motion, time() + scene.dt);
+      moving.v = (to.p_WB - from.p_WB) / scene.dt;
+      moving.w = angular_velocity_between(from.R_WB, to.R_WB, scene.dt);
+    }
+    collision_bodies.push_back({.mesh = &body.collision, .x = body.x, .rigid = moving, .friction = body.model.friction});
+    collision_ids.push_back(body.id);
+  }
+  for (ExampleBody& body : examples) {
+    body.follow(rigid.pose(body.id));
+    collision_bodies.push_back({.mesh = &body.collision, .x = body.x, .rigid = motion(body.id), .friction = body.friction});
+    collision_ids.push_back(body.id);
+  }
+  rows = contact::detect({collision_bodies, planes, scene.gravity, scene.dt, scene.contact}, pool);
+  report.contacts = static_cast<int>(rows.size());
+  report.worst_penetration = std::max(report.worst_penetration, contact::deepest(rows));
+}
+
+void World::Impl::assemble() {
+  // Many small bodies fill the threads one each; the passes inside a large one do so themselves.
+  pool.for_chunks(static_cast<int>(soft.size()), 1, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) soft[k].assemble(scene.gravity, scene.dt, pool);
+  });
+}
+
+void World::Impl::solve(StepReport& report) {
+  if (soft.empty()) return;
+  island_bodies.assign(collision_bodies.size(), {});
+  for (std::size_t b = 0; b < island_bodies.size(); ++b) {
+    if (b < soft.size()) {
+      island_bodies[b].system = &soft[b].system;
+      continue;
+    }
+    const BodyId id = collision_ids[b];
+    if (!rigid.is_moving(id)) continue;
+    islands::RigidPart part{.mass = rigid.mass(id), .inertia_W = rigid.inertia(id)};
+    part.v = rigid.velocity(id);
+    part.w = rigid.angular_velocity(id);
+    part.b_v = rigid.momentum(id) + scene.dt * part.mass * scene.gravity;
+    part.b_w = rigid.angular_momentum(id);
+    island_bodies[b].rigid = part;
+  }
+  composite = islands::composite_islands(island_bodies, std::move(rows));
+  rows.clear();
+
+  std::vector<islands::IslandOptions> options(composite.size());
+  for (std::size_t i = 0; i < composite.size(); ++i) {
+    options[i].may_pull = scene.contact.raw_damping;
+    options[i].solve = {0.5, 1};
+    for (int b : composite[i].soft) {
+      const fem::FemMaterial& material = soft[b].material();
+      options[i].solve.tolerance = std::min(options[i].solve.tolerance, material.cg_tolerance);
+      options[i].solve.max_iterations = std::max(options[i].solve.max_iterations, material.cg_max_iterations);
+    }
+  }
+  const auto solutions = islands::solve_all(composite, island_bodies, options, friction, pool);
+
+  for (std::size_t i = 0; i < composite.size(); ++i) {
+    const islands::IslandSolution& solution = solutions[i];
+    report.solver_iterations += solution.report.iterations;
+    report.worst_residual = std::max(report.worst_residual, solution.report.residual);
+    if (!solution.report.converged) ++report.capped_solves;
+    for (std::size_t k = 0; k < composite[i].soft.size(); ++k) {
+      const int b = composite[i].soft[k];
+      const bool capped = !solution.report.converged;
+      if (capped && !was_capped[b]) {
+        Event& event = add_event(EventKind::solver, soft[b].id);
+        event.magnitude = solution.report.residual;
+        event.message = text("solve of ", scene.bodies[soft[b].id].name, " ended after ", solution.report.iterations,
+                             " iterations with relative residual ", solution.report.residual);
+      }
+      was_capped[b] = capped;
+      if (!soft[b].advance(solution.soft_velocity(static_cast<int>(k)), scene.dt)) {
+        Event& event = add_event(EventKind::frozen, soft[b].id);
+        event.point = soft[b].centre_of_mass();
+        event.message = text(scene.bodies[soft[b].id].name, " left the range of finite numbers and is held where it last was");
+      }
+    }
+    for (const islands::ContactImpulse& contact : solution.impulses) {
+      const BodyId id = collision_ids[contact.body];
+      rigid.apply_impulse(id, contact.impulse_W, contact.point_W);
+      if (places[id].model != BodyModel::example_based) continue;
+      const Pose X_WB = rigid.pose(id);
+      const Quat R_BW = X_WB.R_WB.conjugate();
+      examples[places[id].index].strike(R_BW * (contact.point_W - X_WB.p_WB), R_BW * contact.impulse_W);
+    }
+  }
+}
+
+void World::Impl::plastic_flow() {
+  for (SoftBody& body : soft) body.plastic_flow(scene.dt, scene.creep_dt, pool);
+}
+
+void World::Impl::fracture(StepReport& report) {
+  bool broke = false;
+  for (SoftBody& body : soft) {
+    const FractureOutcome outcome = body.fracture(scene.seed, step, pool);
+    if (outcome.splits == 0) continue;
+    broke = true;
+    report.splits += outcome.splits;
+    Event& event = add_event(EventKind::fracture, body.id);
+    event.point = outcome.point;
+    event.magnitude = outcome.stress;
+    event.count = outcome.splits;
+    event.fragments = outcome.fragments;
+    event.message = text(scene.bodies[body.id].name, " breaks: ", outcome.splits, " splits, ", outcome.fragments, " pieces");
+    rebuild_topology(body.id);
+  }
+  if (!broke) return;
+  ++topology.epoch;
+  add_event(EventKind::topology, 0).message = text("drawn topology ", topology.epoch);
+}
+
+}  // namespace crumple::sim
