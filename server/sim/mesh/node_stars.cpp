@@ -1,5 +1,6 @@
 #include "server/sim/mesh/node_stars.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace crumple::sim {
@@ -19,6 +20,14 @@ NodeStars::NodeStars(std::span<const Tet> tets, int node_count) : begin_(node_co
   end_ = begin_;
   for (int t = 0; t < static_cast<int>(tets.size()); ++t)
     for (const int node : tets[t]) tets_[end_[node]++] = t;
+}
+
+void NodeStars::undo_split(int node) {
+  assert(begin_.back() == end_[node] && node < node_count() - 1);
+  std::inplace_merge(tets_.begin() + begin_[node], tets_.begin() + end_[node], tets_.begin() + end_.back());
+  end_[node] = end_.back();
+  begin_.pop_back();
+  end_.pop_back();
 }
 
 }  // namespace crumple::sim

@@ -24,6 +24,9 @@ class NodeStars {
   template <class Predicate>
   int split(int node, Predicate moves);
 
+  // Takes the last split() back, which must have been of `node`.
+  void undo_split(int node);
+
  private:
   std::vector<int> begin_, end_;  // one a node: its range of tets_
   std::vector<int> tets_;         // 4 a tet

@@ -1,0 +1,33 @@
+#include "server/sim/fracture/fracture_step.h"
+
+#include <cassert>
+#include <cmath>
+
+namespace crumple::sim::fracture {
+
+SplitReport fracture_step(const fem::RestBody& rest, const fem::Elements& elements, std::uint64_t seed,
+                          std::uint64_t step, const ThreadPool& pool, std::vector<Tet>& tets, fem::FemState& state,
+                          NodeStars& stars, FractureScratch& scratch) {
+  const fem::FemMaterial& material = rest.material;
+  assert(material.fracture_interval >= 1);
+  if (!material.breakable || step % material.fracture_interval != 0) return {};
+
+  const int tet_count = static_cast<int>(tets.size());
+  assert(static_cast<int>(elements.Q.size()) == tet_count && rest.tet_count() == tet_count);
+  scratch.stress.resize(tet_count);
+  scratch.normals.resize(tet_count);
+  pool.for_chunks(tet_count, 256, [&](int begin, int end) {
+    for (int t = begin; t < end; ++t) {
+      scratch.stress[t] = fem::element_stress(elements, t);
+      scratch.normals[t] = 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * elements.core[t];  // undoes the core's factor
+    }
+  });
+  scratch.S.resize(stars.node_count());
+  separation_tensors(tets, stars, scratch.stress, scratch.normals, pool, scratch.forces, scratch.S);
+  const auto candidates = split_candidates(tets, stars, scratch.normals, scratch.S, material.toughness,
+                                           material.raw_toughness, pool);
+  return split_nodes(tets, state, stars, candidates,
+                     {.seed = seed, .step = step, .max_splits = material.max_splits_per_step});
+}
+
+}  // namespace crumple::sim::fracture
