@@ -1,0 +1,92 @@
+#include "server/sim/contact/collision_mesh.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+namespace crumple::sim::contact {
+namespace {
+
+struct Face {
+  std::array<int, 3> nodes;  // ascending
+  int tet, opposite;
+};
+
+std::vector<Face> sorted_faces(const std::vector<Tet>& tets) {
+  std::vector<Face> faces;
+  faces.reserve(4 * tets.size());
+  for (int t = 0; t < static_cast<int>(tets.size()); ++t)
+    for (int k = 0; k < 4; ++k) {
+      std::array<int, 3> nodes{tets[t][(k + 1) & 3], tets[t][(k + 2) & 3], tets[t][(k + 3) & 3]};
+      std::sort(nodes.begin(), nodes.end());
+      faces.push_back({nodes, t, k});
+    }
+  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
+    return a.nodes != b.nodes ? a.nodes < b.nodes : a.tet < b.tet;
+  });
+  return faces;
+}
+
+int root(std::vector<int>& parent, int i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+double rest_volume(const Tet& tet, const std::vector<Vec3>& X) {
+  const Vec3 o = X[tet[0]];
+  return std::abs((X[tet[1]] - o).cross(X[tet[2]] - o).dot(X[tet[3]] - o)) / 6;
+}
+
+}  // namespace
+
+CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vector<Vec3>& X,
+                                  std::span<const double> tet_mass) {
+  assert(tet_mass.empty() || tet_mass.size() == tets.size());
+  const int n = static_cast<int>(tets.size());
+
+  // Faces shared by two tets join them, the others are the surface.
+  std::vector<std::uint8_t> exterior(n, 0);
+  std::vector<int> parent(n);
+  std::iota(parent.begin(), parent.end(), 0);
+  const std::vector<Face> faces = sorted_faces(tets);
+  for (std::size_t f = 0; f < faces.size();) {
+    std::size_t end = f + 1;
+    while (end < faces.size() && faces[end].nodes == faces[f].nodes) ++end;
+    if (end == f + 1) exterior[faces[f].tet] |= static_cast<std::uint8_t>(1 << faces[f].opposite);
+    for (std::size_t g = f + 1; g < end; ++g) {
+      const int a = root(parent, faces[f].tet), b = root(parent, faces[g].tet);
+      parent[std::max(a, b)] = std::min(a, b);  // a component's root is its lowest tet
+    }
+    f = end;
+  }
+
+  std::vector<int> component(n), order(n);
+  int components = 0;
+  for (int t = 0; t < n; ++t) {
+    const int r = root(parent, t);
+    component[t] = r == t ? components++ : component[r];
+  }
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    if (component[a] != component[b]) return component[a] < component[b];
+    return (exterior[a] != 0) > (exterior[b] != 0);
+  });
+
+  CollisionMesh mesh;
+  mesh.tets.reserve(n);
+  mesh.components.reserve(components);
+  for (const int t : order) {
+    const int position = static_cast<int>(mesh.tets.size());
+    if (component[t] == static_cast<int>(mesh.components.size())) mesh.components.push_back({position, position, position, 0, 0});
+    CollisionComponent& part = mesh.components.back();
+    mesh.tets.push_back({t, tets[t], exterior[t]});
+    part.end = position + 1;
+    if (exterior[t] != 0) part.boundary_end = position + 1;
+    part.volume += rest_volume(tets[t], X);
+    if (!tet_mass.empty()) part.mass += tet_mass[t];
+  }
+  return mesh;
+}
+
+}  // namespace crumple::sim::contact

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "common/types.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crumple::sim::contact {
+
+struct CollisionTet {
+  int id;                  // of the tet in its mesh
+  Tet nodes;
+  std::uint8_t exterior;   // bit k: the face opposite node k belongs to the surface
+};
+
+// A face-connected part: an unbroken body has one, a shattered one hundreds.
+struct CollisionComponent {
+  int begin, boundary_end, end;  // its tets in CollisionMesh::tets, those with an exterior face first
+  double volume;                 // at rest [m^3]
+  double mass;                   // [kg]
+};
+
+// What contact needs of a tet mesh besides positions: made when a body loads and again when it breaks.
+struct CollisionMesh {
+  std::vector<CollisionTet> tets;  // by component, ascending id within both parts of it
+  std::vector<CollisionComponent> components;  // by their lowest tet
+};
+
+// tet_mass: mass of each tet [kg]; empty for rigid proxies, whose mass is their body's.
+CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vector<Vec3>& X,
+                                  std::span<const double> tet_mass);
+
+}  // namespace crumple::sim::contact

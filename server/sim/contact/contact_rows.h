@@ -1,0 +1,95 @@
+#pragma once
+
+#include "common/types.h"
+#include "server/sim/parallel_for.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <span>
+#include <vector>
+
+// Contact as rows of the implicit solve. A row sees the relative velocity u of its two sides at a point, side 0 minus
+// side 1, and answers with the impulse
+//   lambda = n lambda_n + lambda_t,  lambda_n = c_n (target - n.u),  lambda_t = t0 - c_t (I - n n^T) u
+// on side 0 and -lambda on side 1. u is linear in the unknowns, so a row adds a symmetric positive semi-definite term
+// W^T D W, D = c_t I + (c_n - c_t) n n^T, to the matrix [Parker & O'Brien 2009, section 6: the 64 blocks
+// phi b_i b_j r^ r^T]. The blocks are never formed.
+namespace crumple::sim::contact {
+
+// One body of a row: up to four free soft nodes, or a movable rigid body, or neither (fixed, prescribed).
+struct ContactSide {
+  int body = -1;                     // as in detect(); planes follow the bodies
+  int tet = -1;                      // of the body's mesh; -1: plane
+  int node_count = 0;                // free soft nodes
+  std::array<int, 4> nodes{};        // of the body
+  std::array<double, 4> weights{};   // barycentric, with the side's sign
+  bool rigid = false;                // movable rigid body
+  Vec3 arm = Vec3::Zero();           // point - centre of mass [m]
+};
+
+struct ContactRow {
+  std::array<ContactSide, 2> sides;
+  Vec3 point = Vec3::Zero();           // in W [m]
+  Vec3 normal = Vec3::UnitY();         // unit, from side 1 to side 0
+  Vec3 known_velocity = Vec3::Zero();  // part of u that is not unknown: prescribed nodes, kinematic bodies [m/s]
+  double area = 0;                     // |r| [m^2]
+  double depth = 0;                    // at the start of the step [m]; negative: a gap
+  double c_n = 0;                      // [N s / (m/s)]
+  double target = 0;                   // s*, separation speed sought [m/s]
+  double friction = 0;                 // mu [-]
+
+  // Set between the passes of a solve.
+  bool active = true;
+  double c_t = 0;             // <= c_n
+  Vec3 t0 = Vec3::Zero();     // tangential impulse given in advance [N s]
+  double lambda_n = 0;        // outcome [N s]
+  Vec3 lambda_t = Vec3::Zero();
+
+  Vec3 impulse() const { return lambda_n * normal + lambda_t; }  // on side 0, outcome
+};
+
+// The rows of one linear system. Unknowns are blocks of three: a node's velocity; for a rigid body its linear velocity
+// and, in the next block, its angular velocity (both in W).
+class ContactRows {
+ public:
+  ContactRows() = default;
+  // rows: borrowed, must outlive this object; their number and sides must not change. first_block: by body, its first
+  // block; only bodies with unknowns are read. block_count: of the system.
+  ContactRows(std::span<ContactRow> rows, std::span<const int> first_block, int block_count);
+
+  // After a change of the rows' active, c_n, c_t, t0 or target.
+  void refresh();
+
+  // y += W^T D W x over the active rows; x, y: 3 a block.
+  void apply_add(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;
+  // blocks[b] += the 3x3 diagonal blocks of W^T D W.
+  void add_to_diagonal(std::span<Mat3> blocks) const;
+  // b += W^T (n c_n target + t0 - D known_velocity).
+  void add_to_rhs(Eigen::VectorXd& b) const;
+
+  // u of row k, known part included [m/s].
+  Vec3 relative_velocity(int k, const Eigen::VectorXd& x) const;
+  int size() const { return static_cast<int>(rows_.size()); }
+
+ private:
+  // One coefficient of W: u += weight x_block, or u += x_block x arm for an angular velocity (weight 0).
+  struct Entry {
+    int row, block;
+    double weight;
+    Vec3 arm;
+  };
+  void push_side(int row, int side, std::span<const int> first_block);
+  Vec3 gather(int k, const Eigen::VectorXd& x) const;  // W x of row k
+  void scatter_add(std::span<const Vec3> f, Eigen::VectorXd& y, const ThreadPool& pool) const;
+
+  std::span<ContactRow> rows_;
+  std::vector<int> row_start_;      // of a row's entries
+  std::vector<Entry> entries_;      // by row
+  std::vector<int> block_start_;    // of a touched block's entries
+  std::vector<Entry> by_block_;     // the same entries by block, then by row: sums never race, and keep their order
+  std::vector<Mat3> D_;             // zero where inactive
+  mutable std::vector<Vec3> f_;     // scratch, one a row
+};
+
+}  // namespace crumple::sim::contact

@@ -1,0 +1,279 @@
+#include "server/sim/contact/detect.h"
+
+#include "server/sim/contact/sweep_and_prune.h"
+#include "server/sim/contact/tet_overlap.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace crumple::sim::contact {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// A body moved to where contact is looked for.
+struct PlacedBody {
+  std::vector<Vec3> x;  // [m]
+  std::vector<Vec3> v;  // with which it got there [m/s]
+};
+
+// A component of a body: what the broad phase handles.
+struct Unit {
+  int body;
+  const CollisionComponent* component;
+  Box3 box;
+  double mass;                   // infinite if immovable
+  std::vector<Box3> tet_boxes;   // of its boundary tets, if it is near another unit
+};
+
+struct Detector {
+  const DetectionInput& in;
+  std::vector<PlacedBody> placed;
+  std::vector<Unit> units;
+
+  const CollisionTet& tet(const Unit& unit, int k) const { return in.bodies[unit.body].mesh->tets[k]; }
+  bool soft(const Unit& unit) const { return !in.bodies[unit.body].rigid; }
+  Mat34 nodes(const Unit& unit, const CollisionTet& t) const {
+    const std::vector<Vec3>& x = placed[unit.body].x;
+    Mat34 X;
+    X << x[t.nodes[0]], x[t.nodes[1]], x[t.nodes[2]], x[t.nodes[3]];
+    return X;
+  }
+
+  void place(int body);
+  void add_units(int body);
+  bool may_meet(const Unit& a, const Unit& b) const;
+  void fill_tet_boxes(Unit& unit) const;
+  void meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
+  void meet(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
+  Vec3 add_side(ContactRow& row, int side, const Unit& unit, const CollisionTet& t, const Eigen::Vector4d& b) const;
+  void finish(ContactRow& row, const Vec3& u, double depth, double mass, double volume) const;
+};
+
+void Detector::place(int body) {
+  const CollisionBody& source = in.bodies[body];
+  PlacedBody& out = placed[body];
+  const std::size_t n = source.x.size();
+  const bool raw = in.settings.raw_damping;
+  const Vec3 fall = in.dt * in.gravity;
+  out.x.resize(n);
+  out.v.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const RigidMotion* rigid = source.rigid ? &*source.rigid : nullptr;
+    const bool falls = rigid ? rigid->movable : source.fixed.empty() || !source.fixed[i];
+    out.v[i] = rigid ? Vec3(rigid->v + rigid->w.cross(source.x[i] - rigid->p_WC)) : source.v[i];
+    if (falls && !raw) out.v[i] += fall;
+    out.x[i] = source.x[i];
+    if (!raw) out.x[i] += in.dt * out.v[i];
+  }
+}
+
+void Detector::add_units(int body) {
+  const CollisionBody& source = in.bodies[body];
+  for (const CollisionComponent& component : source.mesh->components) {
+    Unit unit{body, &component, Box3(), component.mass, {}};
+    bool free = source.rigid && source.rigid->movable;
+    for (int k = component.begin; k < component.end; ++k)
+      for (const int node : source.mesh->tets[k].nodes) {
+        unit.box.extend(placed[body].x[node]);
+        if (!source.rigid) free = free || source.fixed.empty() || !source.fixed[node];
+      }
+    if (source.rigid) unit.mass = source.rigid->mass;
+    if (!free) unit.mass = kInfinity;
+    units.push_back(std::move(unit));
+  }
+}
+
+bool Detector::may_meet(const Unit& a, const Unit& b) const {
+  if (a.body == b.body && !soft(a)) return false;
+  return (soft(a) || soft(b)) && (a.mass < kInfinity || b.mass < kInfinity);
+}
+
+void Detector::fill_tet_boxes(Unit& unit) const {
+  unit.tet_boxes.clear();
+  for (int k = unit.component->begin; k < unit.component->boundary_end; ++k) {
+    const Mat34 x = nodes(unit, tet(unit, k));
+    unit.tet_boxes.emplace_back(x.rowwise().minCoeff(), x.rowwise().maxCoeff());
+  }
+}
+
+bool share_a_node(const Tet& a, const Tet& b) {
+  return std::ranges::any_of(a, [&](int node) { return std::ranges::find(b, node) != b.end(); });
+}
+
+// Boundary tets of a unit that reach into a box.
+struct Near {
+  std::vector<int> tets;  // in CollisionMesh::tets
+  std::vector<Box3> boxes;
+  std::vector<OrientedTet> shapes;
+
+  Near(const Detector& d, const Unit& unit, const Box3& zone) {
+    const int begin = unit.component->begin;
+    for (int k = 0; k < static_cast<int>(unit.tet_boxes.size()); ++k) {
+      if (!unit.tet_boxes[k].intersects(zone)) continue;
+      tets.push_back(begin + k);
+      boxes.push_back(unit.tet_boxes[k]);
+      shapes.push_back(orient(d.nodes(unit, d.tet(unit, begin + k))));
+    }
+  }
+};
+
+double reduced_mass(double a, double b) { return a == kInfinity ? b : b == kInfinity ? a : a * b / (a + b); }
+
+void Detector::meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const {
+  const Box3 zone = a.box.intersection(b.box);
+  const Near near_a(*this, a, zone), near_b(*this, b, zone);
+  std::vector<IndexPair> pairs;
+  sweep_and_prune(near_a.boxes, near_b.boxes, pairs);
+
+  const double mass = reduced_mass(a.mass, b.mass);
+  const double volume_a = a.mass < kInfinity ? a.component->volume : kInfinity;
+  const double volume_b = b.mass < kInfinity ? b.component->volume : kInfinity;
+  for (const auto& [i, j] : pairs) {
+    const OrientedTet &shape_a = near_a.shapes[i], &shape_b = near_b.shapes[j];
+    if (!(shape_a.volume > 0 && shape_b.volume > 0)) continue;
+    const CollisionTet &tet_a = tet(a, near_a.tets[i]), &tet_b = tet(b, near_b.tets[j]);
+    if (a.body == b.body && share_a_node(tet_a.nodes, tet_b.nodes)) continue;
+    const TetOverlap common = overlap(shape_a, shape_b);
+    if (common.volume == 0) continue;
+    const Vec3 r = contact_normal(common, shape_a, shape_b, tet_a.exterior, tet_b.exterior);
+    ContactRow row;
+    row.area = r.norm();
+    if (!(row.area > 0)) continue;
+    row.normal = r / row.area;
+    row.point = common.centroid;
+    row.friction = std::sqrt(in.bodies[a.body].friction * in.bodies[b.body].friction);
+    const Vec3 u = add_side(row, 0, a, tet_a, barycentric(shape_a, row.point)) +
+                   add_side(row, 1, b, tet_b, barycentric(shape_b, row.point));
+    finish(row, u, overlap_depth(common.volume, row.area), mass, std::min(volume_a, volume_b));
+    rows.push_back(row);
+  }
+}
+
+void Detector::meet(const Unit& unit, int plane, std::vector<ContactRow>& rows) const {
+  const CollisionPlane& half_space = in.planes[plane];
+  for (int k = unit.component->begin; k < unit.component->end; ++k) {
+    const CollisionTet& t = tet(unit, k);
+    const Mat34 x = nodes(unit, t);
+    if (!((half_space.normal.transpose() * x).minCoeff() < half_space.offset)) continue;
+    const OrientedTet shape = orient(x);
+    if (!(shape.volume > 0)) continue;
+    const HalfSpaceOverlap common = overlap(shape, half_space.normal, half_space.offset);
+    if (common.volume == 0) continue;
+    ContactRow row;
+    row.normal = half_space.normal;
+    row.point = common.centroid;
+    // The paper's |r| is the plane's cut. It vanishes for a tet that lies wholly below, which then would be lost.
+    row.area = common.area;
+    if (!in.settings.raw_damping) row.area = std::max(row.area, std::cbrt(common.volume * common.volume));
+    if (!(row.area > 0)) continue;
+    row.friction = std::sqrt(in.bodies[unit.body].friction * half_space.friction);
+    row.sides[1].body = static_cast<int>(in.bodies.size()) + plane;
+    const Vec3 u = add_side(row, 0, unit, t, barycentric(shape, row.point));
+    finish(row, u, overlap_depth(common.volume, row.area), unit.mass, unit.component->volume);
+    rows.push_back(row);
+  }
+}
+
+// Returns the side's part of the velocity u with which the bodies came here.
+Vec3 Detector::add_side(ContactRow& row, int side, const Unit& unit, const CollisionTet& t,
+                        const Eigen::Vector4d& b) const {
+  const CollisionBody& body = in.bodies[unit.body];
+  const double sign = side == 0 ? 1 : -1;
+  ContactSide& s = row.sides[side];
+  s.body = unit.body;
+  s.tet = t.id;
+  Vec3 came = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) came += sign * b[k] * placed[unit.body].v[t.nodes[k]];
+  if (body.rigid) {
+    s.rigid = body.rigid->movable;
+    s.arm = row.point - body.rigid->p_WC;
+    if (!s.rigid) row.known_velocity += sign * (body.rigid->v + body.rigid->w.cross(s.arm));
+    return came;
+  }
+  for (int k = 0; k < 4; ++k) {
+    const int node = t.nodes[k];
+    if (!body.fixed.empty() && body.fixed[node]) {
+      row.known_velocity += sign * b[k] * body.v[node];
+    } else {
+      s.nodes[s.node_count] = node;
+      s.weights[s.node_count++] = sign * b[k];
+    }
+  }
+  return came;
+}
+
+void Detector::finish(ContactRow& row, const Vec3& u, double depth, double mass, double volume) const {
+  const ContactSettings& settings = in.settings;
+  if (settings.raw_damping) {
+    row.depth = depth;
+    row.c_n = in.dt * settings.phi * row.area;
+    row.target = 0;
+    return;
+  }
+  row.depth = depth + in.dt * row.normal.dot(u);
+  row.c_n = settings.kappa * mass * row.area / std::cbrt(volume * volume);
+  const double tau = settings.recovery_steps * in.dt;
+  row.target = row.depth < 0 ? row.depth / in.dt : std::min(row.depth / tau, settings.max_recovery_speed);
+}
+
+// Runs job(k, rows) for k in [0, count) in parallel; the rows come in order of k.
+template <class Job>
+void append_rows(int count, const ThreadPool& pool, std::vector<ContactRow>& rows, Job job) {
+  std::vector<std::vector<ContactRow>> found(count);
+  pool.for_chunks(count, 4, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) job(k, found[k]);
+  });
+  for (const std::vector<ContactRow>& some : found) rows.insert(rows.end(), some.begin(), some.end());
+}
+
+}  // namespace
+
+std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& pool) {
+  Detector detector{input, {}, {}};
+  const int bodies = static_cast<int>(input.bodies.size());
+  detector.placed.resize(bodies);
+  pool.for_chunks(bodies, 4, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) detector.place(k);
+  });
+  for (int k = 0; k < bodies; ++k) detector.add_units(k);
+  std::vector<Unit>& units = detector.units;
+
+  // Broad phase, over components' boxes.
+  std::vector<Box3> boxes;
+  for (const Unit& unit : units) boxes.push_back(unit.box);
+  std::vector<IndexPair> pairs = sweep_and_prune(boxes);
+  std::erase_if(pairs, [&](const IndexPair& p) { return !detector.may_meet(units[p.first], units[p.second]); });
+  std::vector<std::uint8_t> near(units.size(), 0);
+  for (const auto& [a, b] : pairs) near[a] = near[b] = 1;
+  pool.for_chunks(static_cast<int>(units.size()), 16, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k)
+      if (near[k]) detector.fill_tet_boxes(units[k]);
+  });
+
+  // Narrow phase.
+  std::vector<ContactRow> rows;
+  append_rows(static_cast<int>(pairs.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
+    detector.meet(units[pairs[k].first], units[pairs[k].second], found);
+  });
+  append_rows(static_cast<int>(units.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
+    const Unit& unit = units[k];
+    if (!detector.soft(unit) || unit.mass == kInfinity || unit.box.isEmpty()) return;
+    for (int plane = 0; plane < static_cast<int>(input.planes.size()); ++plane) {
+      const Vec3& n = input.planes[plane].normal;
+      const double lowest = n.dot(unit.box.center()) - 0.5 * n.cwiseAbs().dot(unit.box.sizes());
+      if (lowest < input.planes[plane].offset) detector.meet(unit, plane, found);
+    }
+  });
+  return rows;
+}
+
+double deepest(std::span<const ContactRow> rows) {
+  double depth = 0;
+  for (const ContactRow& row : rows) depth = std::max(depth, row.depth);
+  return depth;
+}
+
+}  // namespace crumple::sim::contact

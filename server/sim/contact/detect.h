@@ -1,0 +1,64 @@
+#pragma once
+
+#include "common/types.h"
+#include "server/sim/contact/collision_mesh.h"
+#include "server/sim/contact/contact_rows.h"
+#include "server/sim/parallel_for.h"
+#include "server/sim/scene.h"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+// Where soft bodies meet others, as rows for the solve [Parker & O'Brien 2009, section 6].
+namespace crumple::sim::contact {
+
+struct RigidMotion {
+  Vec3 p_WC = Vec3::Zero();  // centre of mass [m]
+  Vec3 v = Vec3::Zero();     // of the centre of mass [m/s]; of a kinematic body: in this step
+  Vec3 w = Vec3::Zero();     // [rad/s]
+  double mass = 0;           // [kg]
+  bool movable = true;       // false: fixed or kinematic
+};
+
+// A body as contact sees it at the start of a step. Everything is borrowed for the call.
+struct CollisionBody {
+  const CollisionMesh* mesh = nullptr;    // a rigid body's is its proxy
+  std::span<const Vec3> x;                // node positions in W [m]
+  std::span<const Vec3> v;                // soft: node velocities [m/s], prescribed nodes with those of this step
+  std::span<const char> fixed;            // soft: nonzero for nodes that are not unknowns (prescribed); empty: none
+  std::optional<RigidMotion> rigid;       // set: a rigid body, v and fixed are not read
+  double friction = 0.5;                  // mu [-]; a pair has the geometric mean of both
+};
+
+// Solid where normal . p < offset. Its index in a row is bodies.size() plus its own.
+struct CollisionPlane {
+  Vec3 normal = Vec3::UnitY();  // unit
+  double offset = 0;            // [m]
+  double friction = 0.5;
+};
+
+struct DetectionInput {
+  std::span<const CollisionBody> bodies;
+  std::span<const CollisionPlane> planes;
+  Vec3 gravity = Vec3::Zero();
+  double dt = 0;
+  ContactSettings settings;
+};
+
+// Rows of: soft body against soft body, rigid body or plane, and of different face-connected components of one soft
+// body (tets that share a node never). Rigid bodies do not meet each other here.
+//
+// Default law: detection where the bodies would be at the end of the step without contact, x + dt (v + dt g);
+//   c_n = kappa m A / V^(2/3), m the reduced mass and V the smaller rest volume of the two components;
+//   s* = -gap/dt for what is still apart at the start of the step, min(depth/tau, v_max) for what overlaps there.
+// Raw law, the paper's: detection at x; c_n = dt phi |r|, s* = 0: damping, in both directions, and nothing else.
+// Rows are in ascending order of their components and tets, planes last; the order and the bits do not depend on the
+// number of threads. Bodies of non-finite position meet nothing.
+std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& pool);
+
+// Deepest overlap at the start of the step [m], 0 if there is none.
+double deepest(std::span<const ContactRow> rows);
+
+}  // namespace crumple::sim::contact

@@ -1,0 +1,216 @@
+#include "server/sim/contact/tet_overlap.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace crumple::sim::contact {
+namespace {
+
+constexpr std::array<std::array<int, 3>, 4> kFace{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+
+// A planar convex polygon; a triangle clipped by four planes has at most seven corners.
+struct Polygon {
+  std::array<Vec3, 8> p;
+  int count = 0;
+
+  void push(const Vec3& q) { p[count++] = q; }
+};
+
+Polygon face_polygon(const OrientedTet& tet, int k) {
+  const auto& [i, j, l] = kFace[k];
+  Polygon face;
+  face.push(tet.x.col(i));
+  face.push(tet.x.col(j));
+  face.push(tet.x.col(l));
+  // kFace turns outwards for positive volume; an inverted tet's faces turn the other way round.
+  if ((face.p[1] - face.p[0]).cross(face.p[2] - face.p[0]).dot(tet.n.col(k)) < 0) std::swap(face.p[1], face.p[2]);
+  return face;
+}
+
+// Keeps the part with n . p <= offset. Points within eps of the plane count as inside. If the whole polygon lies in the
+// plane it stays, or goes if `drop_coplanar`: of two coincident faces the overlap has one.
+void clip(Polygon& polygon, const Vec3& n, double offset, double eps, bool drop_coplanar) {
+  std::array<double, 8> d;
+  double lowest = 0, highest = 0;
+  for (int i = 0; i < polygon.count; ++i) {
+    d[i] = n.dot(polygon.p[i]) - offset;
+    lowest = std::min(lowest, d[i]);
+    highest = std::max(highest, d[i]);
+  }
+  if (highest <= eps) {
+    if (drop_coplanar && lowest >= -eps) polygon.count = 0;
+    return;
+  }
+  Polygon kept;
+  for (int i = 0; i < polygon.count; ++i) {
+    const int j = i + 1 == polygon.count ? 0 : i + 1;
+    if (d[i] <= eps) kept.push(polygon.p[i]);
+    const bool crosses = (d[i] > eps && d[j] < -eps) || (d[i] < -eps && d[j] > eps);
+    if (crosses) kept.push(polygon.p[i] + (d[i] / (d[i] - d[j])) * (polygon.p[j] - polygon.p[i]));
+    if (kept.count == 8) break;  // only rounding can get here: a convex polygon crosses a plane twice
+  }
+  polygon = kept;
+}
+
+Vec3 area_vector(const Polygon& polygon) {
+  Vec3 twice = Vec3::Zero();
+  for (int i = 1; i + 1 < polygon.count; ++i)
+    twice += (polygon.p[i] - polygon.p[0]).cross(polygon.p[i + 1] - polygon.p[0]);
+  return 0.5 * twice;
+}
+
+// Volume and first moment by the divergence theorem, as signed tets between `origin` and the faces' triangles.
+struct Moments {
+  Vec3 origin;
+  double six_volume = 0;
+  Vec3 moment = Vec3::Zero();  // of 24 V (centroid - origin)
+
+  void add(const Polygon& polygon) {
+    for (int i = 1; i + 1 < polygon.count; ++i) {
+      const Vec3 a = polygon.p[0] - origin, b = polygon.p[i] - origin, c = polygon.p[i + 1] - origin;
+      const double v = a.dot(b.cross(c));
+      six_volume += v;
+      moment += v * (a + b + c);
+    }
+  }
+  double volume() const { return six_volume / 6; }
+  Vec3 centroid() const { return origin + moment / (4 * six_volume); }
+};
+
+// Rounding of a distance between points and planes at these coordinates, with two orders to spare.
+double tolerance(const Mat34& x) { return 1e-14 * (1 + x.cwiseAbs().maxCoeff()); }
+
+bool separated_by_faces(const OrientedTet& a, const OrientedTet& b, double eps) {
+  for (int k = 0; k < 4; ++k)
+    if ((a.n.col(k).transpose() * b.x).minCoeff() >= a.offset[k] - eps) return true;
+  return false;
+}
+
+// The exterior face of `tet` nearest to p, as its outward normal; zero if there is none. `distance` is improved.
+Vec3 nearest_exterior_normal(const OrientedTet& tet, std::uint8_t exterior, const Vec3& p, double& distance) {
+  Vec3 normal = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) {
+    const double d = tet.offset[k] - tet.n.col(k).dot(p);
+    if ((exterior >> k & 1) == 0 || d >= distance) continue;
+    distance = d;
+    normal = tet.n.col(k);
+  }
+  return normal;
+}
+
+}  // namespace
+
+OrientedTet orient(const Mat34& x) {
+  OrientedTet tet;
+  tet.x = x;
+  const Vec3 e1 = x.col(1) - x.col(0), e2 = x.col(2) - x.col(0), e3 = x.col(3) - x.col(0);
+  const double six_volume = e1.cross(e2).dot(e3);
+  const double longest = std::sqrt(std::max({e1.squaredNorm(), e2.squaredNorm(), e3.squaredNorm()}));
+  if (!(std::abs(six_volume) > 1e-9 * longest * longest * longest)) return tet;  // flat: no usable planes
+  const double sign = six_volume > 0 ? 1 : -1;
+  for (int k = 0; k < 4; ++k) {
+    const Vec3 o = x.col(kFace[k][0]);
+    const Vec3 n = sign * (x.col(kFace[k][1]) - o).cross(x.col(kFace[k][2]) - o).normalized();
+    tet.n.col(k) = n;
+    tet.offset[k] = n.dot(o);
+    tet.height[k] = n.dot(o - x.col(k));
+  }
+  tet.volume = std::abs(six_volume) / 6;
+  return tet;
+}
+
+Eigen::Vector4d barycentric(const OrientedTet& tet, const Vec3& p) {
+  Eigen::Vector4d b = (tet.offset - tet.n.transpose() * p).cwiseQuotient(tet.height);
+  return b / b.sum();
+}
+
+TetOverlap overlap(const OrientedTet& a, const OrientedTet& b) {
+  assert(a.volume > 0 && b.volume > 0);
+  TetOverlap result;
+  const double eps = std::max(tolerance(a.x), tolerance(b.x));
+  if (separated_by_faces(a, b, eps) || separated_by_faces(b, a, eps)) return result;
+
+  // The boundary of a convex overlap is: each face of one, clipped by all planes of the other.
+  Moments moments{a.x.rowwise().mean()};
+  for (int f = 0; f < 8; ++f) {
+    const bool first = f < 4;
+    const OrientedTet& own = first ? a : b;
+    const OrientedTet& other = first ? b : a;
+    Polygon face = face_polygon(own, f & 3);
+    for (int k = 0; k < 4 && face.count > 0; ++k) {
+      // Faces that coincide and look the same way: the first tet's stays. Looking opposite ways, the tets only touch,
+      // which separated_by_faces has excluded.
+      clip(face, other.n.col(k), other.offset[k], eps, !first);
+    }
+    if (face.count < 3) {
+      result.face_area[f].setZero();
+      continue;
+    }
+    result.face_area[f] = area_vector(face);
+    moments.add(face);
+  }
+  if (!(moments.volume() > 1e-12 * std::min(a.volume, b.volume))) return result;
+  result.volume = moments.volume();
+  result.centroid = moments.centroid();
+  return result;
+}
+
+Vec3 contact_normal(const TetOverlap& overlap, const OrientedTet& a, const OrientedTet& b, std::uint8_t exterior_a,
+                    std::uint8_t exterior_b) {
+  // Why exterior faces only: the faces between the tets of one body are cuts that the mesher chose. They bound the
+  // overlap of two *tets* but not that of the two *bodies*; their normals point along the surface and would let a flat
+  // contact push sideways. Summed over all pairs they cancel, pair by pair they do not.
+  Vec3 r_a = Vec3::Zero(), r_b = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) {
+    if (exterior_a >> k & 1) r_a -= overlap.face_area[k];
+    if (exterior_b >> k & 1) r_b += overlap.face_area[4 + k];
+  }
+  // "Either one of the tetrahedra": both, weighted by their areas, so that r changes continuously when a face enters
+  // the overlap, and swapping the two bodies gives exactly the opposite force.
+  const double area_a = r_a.norm(), area_b = r_b.norm();
+  const double face = std::cbrt(overlap.volume * overlap.volume);
+  if (area_a + area_b > 1e-3 * face) return (area_a * r_a + area_b * r_b) / (area_a + area_b);
+
+  // No surface takes part: deep overlap. All faces of the first, as printed in the paper ...
+  Vec3 r = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) r -= overlap.face_area[k];
+  if (r.norm() > 1e-3 * face) return r;
+  // ... and if one tet lies wholly inside the other these cancel too: out through the nearest face of the surface.
+  double distance = std::numeric_limits<double>::infinity();
+  const Vec3 from_a = nearest_exterior_normal(a, exterior_a, overlap.centroid, distance);
+  const double distance_a = distance;
+  const Vec3 from_b = nearest_exterior_normal(b, exterior_b, overlap.centroid, distance);
+  return face * (distance < distance_a ? from_b : Vec3(-from_a));
+}
+
+HalfSpaceOverlap overlap(const OrientedTet& tet, const Vec3& normal, double offset) {
+  assert(tet.volume > 0);
+  HalfSpaceOverlap result;
+  const Eigen::RowVector4d d = (normal.transpose() * tet.x).array() - offset;
+  const double eps = tolerance(tet.x);
+  if (d.minCoeff() >= -eps) return result;
+  // With its origin in the plane the cut itself adds nothing to volume or moment: it need not be built.
+  const Vec3 middle = tet.x.rowwise().mean();
+  Moments moments{middle - (normal.dot(middle) - offset) * normal};
+  Vec3 area = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) {
+    Polygon face = face_polygon(tet, k);
+    clip(face, normal, offset, eps, true);
+    if (face.count < 3) continue;
+    area += area_vector(face);
+    moments.add(face);
+  }
+  if (!(moments.volume() > 1e-12 * tet.volume)) return result;
+  result.volume = moments.volume();
+  result.centroid = moments.centroid();
+  result.area = d.maxCoeff() <= eps ? 0 : std::max(0.0, -area.dot(normal));
+  return result;
+}
+
+double overlap_depth(double volume, double area) {
+  const double cube_root = std::cbrt(volume);
+  return area * cube_root > volume ? volume / area : cube_root;
+}
+
+}  // namespace crumple::sim::contact

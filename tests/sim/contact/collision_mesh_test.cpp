@@ -1,0 +1,47 @@
+#include "server/sim/contact/collision_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+
+#include "tests/support/kuhn_lattice.h"
+
+namespace crumple::sim::contact {
+namespace {
+
+TEST(CollisionMesh, MarksTheFacesOfTheSurface) {
+  const TetMesh cube = test::kuhn_lattice({3, 3, 3}, 1);
+  const CollisionMesh mesh = make_collision_mesh(cube.tets, cube.X, std::vector<double>(cube.tets.size(), 2.0));
+  ASSERT_EQ(mesh.components.size(), 1u);
+  const CollisionComponent& part = mesh.components[0];
+  EXPECT_EQ(part.end - part.begin, cube.tet_count());
+  EXPECT_NEAR(part.volume, 27, 1e-12);
+  EXPECT_NEAR(part.mass, 2.0 * cube.tet_count(), 1e-12);
+  int faces = 0;
+  for (int k = 0; k < part.end; ++k) {
+    faces += std::popcount(mesh.tets[k].exterior);
+    EXPECT_EQ(mesh.tets[k].exterior != 0, k < part.boundary_end);
+    EXPECT_EQ(mesh.tets[k].nodes, cube.tets[mesh.tets[k].id]);
+  }
+  EXPECT_EQ(faces, 6 * 9 * 2);
+  EXPECT_LT(part.boundary_end, part.end) << "the lattice has interior tets";
+}
+
+TEST(CollisionMesh, PartsThatShareOnlyAnEdgeAreComponents) {
+  // Two cubes of a 2x2x1 lattice that meet along the edge x = y = 1.
+  const TetMesh lattice = test::kuhn_lattice({2, 2, 1}, 1);
+  std::vector<Tet> tets(lattice.tets.begin(), lattice.tets.begin() + 6);
+  tets.insert(tets.end(), lattice.tets.begin() + 18, lattice.tets.end());
+  const CollisionMesh mesh = make_collision_mesh(tets, lattice.X, {});
+  ASSERT_EQ(mesh.components.size(), 2u);
+  EXPECT_EQ(mesh.components[0].end, 6);
+  EXPECT_EQ(mesh.components[1].begin, 6);
+  EXPECT_EQ(mesh.components[1].end, 12);
+  EXPECT_NEAR(mesh.components[1].volume, 1, 1e-14);
+  int faces = 0;
+  for (const CollisionTet& tet : mesh.tets) faces += std::popcount(tet.exterior);
+  EXPECT_EQ(faces, 24);
+}
+
+}  // namespace
+}  // namespace crumple::sim::contact
