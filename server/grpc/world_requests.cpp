@@ -4,6 +4,9 @@
 #include "server/scene_convert/command_convert.h"
 #include "server/scene_convert/scene_convert.h"
 
+#include <algorithm>
+#include <cstdlib>
+
 namespace crumple::world_requests {
 namespace {
 
@@ -28,17 +31,28 @@ Result<sim::SceneDescription> make_scene(const runtime::SceneLibrary* scenes, co
   return std::unexpected(Error{ErrorCode::not_found, "scene_file", "is named, but this server has no scene folder"});
 }
 
-// World::submit and World::schedule name their argument; a call names the field of its request.
-template <class T>
-runtime::Done<T> with_field(const std::string& argument, const std::string& field, runtime::Done<T> done) {
-  return [=](Result<T> result) {
-    if (!result && result.error().code == ErrorCode::invalid_argument) {
-      std::string& path = result.error().field;
-      if (path.starts_with(argument)) path.erase(0, argument.size());
-      if (!path.starts_with(field)) path = field + (path.empty() || path.front() == '[' || path.front() == '.' ? "" : ".") + path;
-    }
-    done(std::move(result));
-  };
+// "apply_impulse" and so on: the field of the message that is set.
+std::string kind_field(const v1::Command& command) {
+  const auto* field = v1::Command::descriptor()->FindFieldByNumber(command.command_case());
+  return field ? field->name() : "";
+}
+
+// The core's commands have no path of their own: what World::submit finds in "body" is in `at`.body of the request.
+Error at_field(const std::string& at, Error error) {
+  if (error.code == ErrorCode::invalid_argument) error.field = error.field.empty() ? at : at + "." + error.field;
+  return error;
+}
+
+// "script[3].nodes[0]", as World::schedule says it, is "commands[3].command.apply_node_impulse.nodes[0]".
+Error at_script_field(const v1::RunScriptRequest& request, Error error) {
+  static const std::string kList = "script[";
+  if (!error.field.starts_with(kList)) return error;
+  const int index = std::atoi(error.field.c_str() + kList.size());
+  const std::string rest = error.field.substr(std::min(error.field.find(']') + 1, error.field.size()));
+  if (index >= request.commands_size()) return error;
+  const std::string entry = text("commands[", index, "]");
+  error.field = entry + (rest == ".time" ? rest : ".command." + kind_field(request.commands(index).command()) + rest);
+  return error;
 }
 
 }  // namespace
@@ -51,8 +65,15 @@ void create_world(runtime::WorldRegistry& registry, const runtime::SceneLibrary*
 }
 
 void apply(runtime::WorldRunner& world, const v1::ApplyRequest& request, runtime::Done<std::uint64_t> done) {
-  world.submit([&request](const sim::World& w) { return scene_convert::to_command(request.command(), bodies_of(w), "command"); },
-               with_field("command", "command", std::move(done)));
+  const auto make = [&request](const sim::World& w) {
+    return scene_convert::to_command(request.command(), bodies_of(w), "command");
+  };
+  world.submit(make, [&request, done = std::move(done)](Result<std::uint64_t> result) {
+    // The conversion's errors have their whole path already.
+    if (!result && !result.error().field.starts_with("command"))
+      result.error() = at_field("command." + kind_field(request.command()), result.error());
+    done(std::move(result));
+  });
 }
 
 void run_script(runtime::WorldRunner& world, const v1::RunScriptRequest& request, runtime::Done<double> done) {
@@ -68,7 +89,10 @@ void run_script(runtime::WorldRunner& world, const v1::RunScriptRequest& request
     }
     return script;
   };
-  world.schedule(make, request.absolute(), with_field("script", "commands", std::move(done)));
+  world.schedule(make, request.absolute(), [&request, done = std::move(done)](Result<double> result) {
+    if (!result) result.error() = at_script_field(request, result.error());
+    done(std::move(result));
+  });
 }
 
 }  // namespace crumple::world_requests

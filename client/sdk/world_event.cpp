@@ -1,0 +1,17 @@
+#include "client/sdk/world_event.h"
+
+namespace crumple::client {
+
+std::string to_string(EventKind kind) {
+  switch (kind) {
+    case EventKind::fracture: return "fracture";
+    case EventKind::topology: return "topology";
+    case EventKind::dent: return "dent";
+    case EventKind::script: return "script";
+    case EventKind::solver: return "solver";
+    case EventKind::frozen: return "frozen";
+  }
+  return "unknown";
+}
+
+}  // namespace crumple::client

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "common/types.h"
+
+#include <cstdint>
+#include <string>
+
+namespace crumple::client {
+
+// Numbered as in simulation.proto.
+enum class EventKind : std::uint8_t {
+  fracture = 1,  // a finite-element body split `count` nodes and is in `fragments` pieces now
+  topology,      // what is drawn changed: `epoch`
+  dent,          // an example-based body took a plastic impulse of `magnitude` [N s]
+  script,        // a scripted command was applied
+  solver,        // a solve ended at its cap with the relative residual `magnitude`
+  frozen,        // a body's state became non-finite; it is held where it last was
+};
+
+// What happened in a world. Ordered, numbered without gaps.
+struct WorldEvent {
+  std::uint64_t sequence = 0;  // from 1
+  std::uint64_t step = 0;
+  double time = 0;             // simulated [s]
+  EventKind kind = EventKind::fracture;
+  BodyId body = 0;
+  Vec3 point = Vec3::Zero();   // where it makes sense, in W [m]
+  double magnitude = 0;
+  int count = 0;
+  int fragments = 0;
+  std::uint32_t epoch = 0;
+  std::string message;         // one sentence for a log
+};
+
+std::string to_string(EventKind kind);
+
+}  // namespace crumple::client
