@@ -198,4 +198,11 @@ Result<void> validate(const ExampleModel& model, const std::string& field, SeenA
   return breach.result();
 }
 
+std::int64_t tet_count(const BodyDescription& body) {
+  if (const auto* fem = std::get_if<FemModel>(&body.model)) return fem->mesh->tet_count();
+  if (const auto* example = std::get_if<ExampleModel>(&body.model)) return example->set->mesh.tet_count();
+  const auto& rigid = std::get<RigidModel>(body.model);
+  return rigid.proxy ? rigid.proxy->tet_count() : 0;
+}
+
 }  // namespace crumple::sim

@@ -18,4 +18,7 @@ Result<void> validate(const RigidModel& model, const std::string& field, SeenAss
 Result<void> validate(const FemModel& model, const std::string& field, SeenAssets& seen);
 Result<void> validate(const ExampleModel& model, const std::string& field, SeenAssets& seen);
 
+// Tets that stand for the body: of its mesh, its set or its proxy. The model is complete.
+std::int64_t tet_count(const BodyDescription& body);
+
 }  // namespace crumple::sim

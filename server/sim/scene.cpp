@@ -49,13 +49,6 @@ void check_body(FirstBreach& breach, const BodyDescription& body, const std::str
   if (breach.ok()) breach.take(validate_model(body, field, seen));
 }
 
-std::int64_t tet_count(const BodyDescription& body) {
-  if (const auto* fem = std::get_if<FemModel>(&body.model)) return fem->mesh->tet_count();
-  if (const auto* example = std::get_if<ExampleModel>(&body.model)) return example->set->mesh.tet_count();
-  const auto& rigid = std::get<RigidModel>(body.model);
-  return rigid.proxy ? rigid.proxy->tet_count() : 0;
-}
-
 void check_bodies(FirstBreach& breach, const SceneDescription& scene) {
   breach.count(scene.bodies.size(), 0, limits::kMaxBodies, "bodies");
   std::unordered_map<std::string, std::size_t> names;
