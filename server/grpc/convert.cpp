@@ -84,20 +84,4 @@ v1::StepResponse to_message(const StepSummary& summary) {
   return message;
 }
 
-v1::Event to_message(const sim::Event& event) {
-  v1::Event message;
-  message.set_sequence(event.sequence);
-  message.set_step(event.step);
-  message.set_time(event.time);
-  message.set_kind(static_cast<v1::Event::Kind>(static_cast<int>(event.kind) + 1));  // 0 is "unspecified"
-  message.set_body(event.body);
-  set(message.mutable_point(), event.point);
-  message.set_magnitude(event.magnitude);
-  message.set_count(event.count);
-  message.set_fragments(event.fragments);
-  message.set_epoch(event.epoch);
-  message.set_message(event.message);
-  return message;
-}
-
 }  // namespace crumple::grpc_server

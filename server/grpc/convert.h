@@ -25,6 +25,5 @@ Error within(const std::string& prefix, Error error);
 v1::WorldStatus to_message(const WorldStatus& status);
 v1::BodyStatus to_message(const BodyStatus& body);
 v1::StepResponse to_message(const StepSummary& summary);
-v1::Event to_message(const sim::Event& event);
 
 }  // namespace crumple::grpc_server

@@ -1,6 +1,6 @@
 #include "server/grpc/watch_message.h"
 
-#include "server/grpc/convert.h"
+#include "server/scene_convert/event_convert.h"
 
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
@@ -56,7 +56,7 @@ struct ToBytes {
   }
   grpc::ByteBuffer operator()(const runtime::SharedEvent& event) const {
     v1::WatchResponse message;
-    *message.mutable_event() = to_message(*event);
+    *message.mutable_event() = scene_convert::to_message(*event);
     return plain(message);
   }
   grpc::ByteBuffer operator()(const runtime::TopologyDelivery& delivery) const {

@@ -1,0 +1,113 @@
+#include "server/lab/benchmark.h"
+
+#include "server/sim/world.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <iomanip>
+#include <map>
+#include <numeric>
+#include <sstream>
+
+namespace crumple::lab {
+namespace {
+
+double now_ms() {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double peak_rss_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+Json quantiles(std::vector<double> ms) {
+  std::sort(ms.begin(), ms.end());
+  const auto at = [&](double q) { return ms[static_cast<std::size_t>(q * static_cast<double>(ms.size() - 1) + 0.5)]; };
+  return {{"mean", std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size())},
+          {"median", at(0.5)}, {"p99", at(0.99)}, {"worst", ms.back()}};
+}
+
+std::string hexadecimal(std::uint64_t value) {
+  std::ostringstream out;
+  out << std::hex << std::setw(16) << std::setfill('0') << value;
+  return out.str();
+}
+
+// Mean displacement of the nodes that are on the x = max face at rest.
+Vec3 tip_displacement(const sim::World& world, const sim::SceneDescription& scene, BodyId body) {
+  const std::vector<Vec3>& X = std::get<sim::FemModel>(scene.bodies[body].model).mesh->X;
+  double end = X.front().x();
+  for (const Vec3& p : X) end = std::max(end, p.x());
+  Vec3 sum = Vec3::Zero();
+  int count = 0;
+  const sim::FemView view = world.fem(body);
+  for (std::size_t n = 0; n < X.size(); ++n) {
+    if (X[n].x() < end - 1e-9) continue;
+    sum += view.x[n] - scene.bodies[body].pose * X[n];
+    ++count;
+  }
+  return sum / count;
+}
+
+}  // namespace
+
+Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOptions& options,
+                           const std::function<void(int)>& on_step) {
+  auto made = sim::World::create(scene, {.threads = options.threads});
+  if (!made) return std::unexpected(made.error());
+  sim::World& world = **made;
+  world.set_clock(now_ms);
+
+  std::vector<BodyId> soft;
+  for (BodyId b = 0; b < scene.bodies.size(); ++b) {
+    if (std::holds_alternative<sim::FemModel>(scene.bodies[b].model)) soft.push_back(b);
+  }
+  std::vector<double> step_ms;
+  std::vector<std::string> stage_order;
+  std::map<std::string, double> stage_ms;
+  double iterations = 0, residual = 0, penetration = 0;
+  int capped = 0, inverted = 0, fragments = 0;
+  for (int k = 0; k < options.steps; ++k) {
+    const double start = now_ms();
+    const sim::StepReport report = world.step();
+    step_ms.push_back(now_ms() - start);
+    for (const sim::StageTime& stage : world.stage_times()) {
+      if (!stage_ms.contains(stage.name)) stage_order.push_back(stage.name);
+      stage_ms[stage.name] += stage.ms / options.steps;
+    }
+    iterations += report.solver_iterations;
+    residual = std::max(residual, report.worst_residual);
+    capped += report.capped_solves > 0;
+    penetration = std::max(penetration, report.worst_penetration);
+    int inverted_now = 0;
+    fragments = 0;
+    for (BodyId b : soft) {
+      const sim::FemView view = world.fem(b);
+      inverted_now += view.inverted;
+      fragments += view.fragments;
+    }
+    inverted = std::max(inverted, inverted_now);
+    world.take_events();
+    on_step(k + 1);
+  }
+
+  Json result{{"ms_per_step", quantiles(step_ms)}, {"state_hash", hexadecimal(world.state_hash())}, {"peak_rss_mb", peak_rss_mb()}};
+  for (const std::string& stage : stage_order) result["stages"][stage] = stage_ms[stage];
+  if (!soft.empty()) {
+    result["solver"] = {{"iterations_mean", iterations / options.steps}, {"residual_worst", residual}, {"capped_steps", capped}};
+    result["inverted"] = inverted;
+    result["fragments"] = fragments;
+  }
+  if (scene.bodies.size() > 1) result["penetration_mm_worst"] = 1000 * penetration;
+  if (!options.tip.empty()) {
+    const Vec3 tip = tip_displacement(world, scene, world.find(options.tip));
+    result["tip"] = {tip.x(), tip.y(), tip.z()};
+  }
+  return result;
+}
+
+}  // namespace crumple::lab

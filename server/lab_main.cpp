@@ -1,0 +1,208 @@
+// crumple-lab: accuracy and speed. One JSON object on standard output, progress and logs on standard error.
+// Exit: 0 done; 2 bad input; 3 a solve that did not converge (its residual is printed); 1 anything else.
+#include "server/lab/benchmark.h"
+#include "server/lab/benchmark_scenes.h"
+#include "server/lab/material_replay.h"
+#include "server/lab/static_solve.h"
+#include "server/lab/trajectory.h"
+#include "server/lab/vibration_modes.h"
+
+#include <CLI/CLI.hpp>
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+
+using namespace crumple;
+using lab::Json;
+
+namespace {
+
+int fail(const Error& error) {
+  std::cerr << "crumple-lab: " << error.text() << "\n";
+  return error.code == ErrorCode::invalid_argument ? 2 : 1;
+}
+
+Json rows(const std::vector<Vec3>& vectors) {
+  Json list = Json::array();
+  for (const Vec3& v : vectors) list.push_back({v.x(), v.y(), v.z()});
+  return list;
+}
+
+int print(const Json& json) {
+  std::cout << json.dump() << "\n";
+  return 0;
+}
+
+struct SolveCommand {
+  std::string case_dir, level, model = "corotational", precision = "double", out;
+  lab::MaterialOverride material;
+
+  int run() const {
+    auto loaded = lab::read_level(case_dir, level);
+    if (!loaded) return fail(loaded.error());
+    auto m = lab::read_material(case_dir, material);
+    if (!m) return fail(m.error());
+    const auto solution = lab::solve_static(*loaded, *m, model == "linear" ? lab::Model::linear : lab::Model::corotational,
+                                            precision == "float" ? lab::Precision::single : lab::Precision::double_);
+    const Json outcome{{"converged", solution.converged}, {"residual", solution.residual}, {"iterations", solution.iterations}};
+    if (!solution.converged) {
+      print(outcome);
+      std::cerr << "crumple-lab: not converged, relative residual " << solution.residual << "\n";
+      return 3;
+    }
+    const Json result{{"displacements", rows(solution.displacements)}, {"reactions", rows(solution.reactions)}};
+    if (out.empty()) return print(result);
+    std::ofstream file(out);
+    file << result.dump() << "\n";
+    file.close();
+    if (!file) return fail({ErrorCode::invalid_argument, "--out", "is " + out + ", which cannot be written"});
+    return print(outcome);
+  }
+};
+
+struct TrajectoryCommand {
+  std::string case_dir, run_name, integrator = "backward_euler";
+  double dt = 1.0 / 60;
+  int substeps = 1;
+  lab::MaterialOverride material;
+
+  int run() const {
+    auto t = lab::run_trajectory(case_dir, run_name, dt, substeps, integrator, material);
+    if (!t) return fail(t.error());
+    Json result{{"t", t->times}, {"tip", rows(t->tip)}, {"tip_uz", t->tip_uz}, {"momentum", rows(t->momentum)},
+                {"angular_momentum", rows(t->angular_momentum)}, {"energy", t->energy}, {"snapshots", Json::object()}};
+    for (const auto& [time, x] : t->snapshots) result["snapshots"][Json(time).dump()] = rows(x);
+    return print(result);
+  }
+};
+
+struct BenchCommand {
+  std::string scene, lattice = "femfx", cells = "25x4x4", size = "2x0.4x0.4", damping = "0.15,0.004";
+  double young = 1e7;
+  int threads = 1, steps = 0;
+  std::uint64_t seed = 1;
+
+  int run() const {
+    Result<sim::SceneDescription> description = std::unexpected(Error{});
+    lab::BenchmarkOptions options{.threads = threads};
+    if (scene == "beam") {
+      lab::BeamOptions beam{.young = young};
+      if (lattice != "femfx") beam.lattice = lattice == "kuhn" ? authoring::Lattice::kuhn : authoring::Lattice::bcc;
+      if (std::sscanf(cells.c_str(), "%dx%dx%d", &beam.cells[0], &beam.cells[1], &beam.cells[2]) != 3) {
+        return fail({ErrorCode::invalid_argument, "--cells", "is " + cells + ", must be like 25x4x4"});
+      }
+      if (std::sscanf(size.c_str(), "%lfx%lfx%lf", &beam.size[0], &beam.size[1], &beam.size[2]) != 3) {
+        return fail({ErrorCode::invalid_argument, "--size", "is " + size + ", must be like 2x0.4x0.4"});
+      }
+      if (std::sscanf(damping.c_str(), "%lf,%lf", &beam.damping_mass, &beam.damping_stiffness) != 2) {
+        return fail({ErrorCode::invalid_argument, "--damping", "is " + damping + ", must be like 0.15,0.004"});
+      }
+      description = lab::beam_scene(beam);
+      options.tip = "beam";
+      options.steps = 600;
+    } else if (scene == "pile") {
+      description = lab::pile_scene();
+      options.steps = 300;
+    } else if (scene == "panel") {
+      description = lab::panel_scene();
+      options.steps = 180;
+    } else {
+      description = lab::barrels_scene(seed);
+      options.steps = 1000;
+    }
+    if (!description) return fail(description.error());
+    if (steps > 0) options.steps = steps;
+    const bool terminal = isatty(STDERR_FILENO);
+    const auto result = lab::run_benchmark(*description, options, [&](int k) {
+      if (terminal && (k % 10 == 0 || k == options.steps)) std::cerr << "\r" << scene << " " << k << "/" << options.steps << std::flush;
+    });
+    if (terminal) std::cerr << "\n";
+    if (!result) return fail(result.error());
+    return print(*result);
+  }
+};
+
+void add_material(CLI::App* command, lab::MaterialOverride& material) {
+  command->add_option("--young", material.young, "E [Pa], instead of the case's");
+  command->add_option("--nu", material.poisson, "Poisson's ratio, instead of the case's");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Accuracy and speed of the simulation. Prints one JSON object; exit 2: bad input, 3: not converged."};
+  app.require_subcommand(1);
+  int exit_code = 0;
+
+  SolveCommand solve;
+  auto* s = app.add_subcommand("solve", "static equilibrium of a case's level: displacements and reactions [m, N], a row a node");
+  s->add_option("case", solve.case_dir, "folder with case.json and level files")->required();
+  s->add_option("level", solve.level, "level file's name without .json")->required();
+  s->add_option("--model", solve.model)->check(CLI::IsMember({"linear", "corotational"}))->capture_default_str();
+  s->add_option("--precision", solve.precision, "of the matrix and its factor")->check(CLI::IsMember({"double", "float"}))->capture_default_str();
+  s->add_option("--out", solve.out, "write the result here and print the outcome only");
+  add_material(s, solve.material);
+  s->callback([&] { exit_code = solve.run(); });
+
+  std::string modes_dir, modes_level;
+  int count = 14;
+  lab::MaterialOverride modes_material;
+  auto* m = app.add_subcommand("modes", "lowest natural frequencies with lumped mass [Hz]");
+  m->add_option("case", modes_dir)->required();
+  m->add_option("level", modes_level)->required();
+  m->add_option("--count", count)->capture_default_str();
+  add_material(m, modes_material);
+  m->callback([&] {
+    auto level = lab::read_level(modes_dir, modes_level);
+    auto material = lab::read_material(modes_dir, modes_material);
+    if (!level || !material) {
+      exit_code = fail(!level ? level.error() : material.error());
+      return;
+    }
+    auto frequencies = lab::natural_frequencies(*level, *material, count);
+    exit_code = frequencies ? print({{"lumped_Hz", *frequencies}}) : fail(frequencies.error());
+  });
+
+  std::string replay_dir;
+  auto* r = app.add_subcommand("material", "replays a material case's paths.json or states.json");
+  r->add_option("case", replay_dir)->required();
+  r->callback([&] {
+    auto report = lab::replay_material(replay_dir);
+    exit_code = report ? print({{"max_relative_error", report->max_relative_error}, {"by_test", report->by_test}}) : fail(report.error());
+  });
+
+  TrajectoryCommand trajectory;
+  auto* t = app.add_subcommand("trajectory", "steps a run that case.json names");
+  t->add_option("case", trajectory.case_dir)->required();
+  t->add_option("--run", trajectory.run_name)->required();
+  t->add_option("--dt", trajectory.dt, "time between two entries of the result [s]")->required();
+  t->add_option("--substeps", trajectory.substeps, "steps in each dt")->capture_default_str();
+  t->add_option("--integrator", trajectory.integrator)->capture_default_str();
+  add_material(t, trajectory.material);
+  t->callback([&] { exit_code = trajectory.run(); });
+
+  BenchCommand bench;
+  bool json = false;
+  auto* b = app.add_subcommand("bench", "steps a benchmark scene and reports time, accuracy and state hash");
+  b->add_option("scene", bench.scene)->required()->check(CLI::IsMember({"beam", "pile", "panel", "barrels"}));
+  b->add_option("--threads", bench.threads)->check(CLI::Range(1, 256))->capture_default_str();
+  b->add_option("--steps", bench.steps, "default: beam 600, pile 300, panel 180, barrels 1000")->check(CLI::Range(1, 10'000'000));
+  b->add_option("--lattice", bench.lattice, "beam")->check(CLI::IsMember({"femfx", "kuhn", "bcc"}))->capture_default_str();
+  b->add_option("--cells", bench.cells, "beam")->capture_default_str();
+  b->add_option("--size", bench.size, "beam [m]")->capture_default_str();
+  b->add_option("--young", bench.young, "beam [Pa]")->capture_default_str();
+  b->add_option("--damping", bench.damping, "beam: a,b of C = a M + b K")->capture_default_str();
+  b->add_option("--seed", bench.seed, "barrels")->capture_default_str();
+  b->add_flag("--json", json, "the output is JSON always; accepted for scripts that say so");
+  b->callback([&] { exit_code = bench.run(); });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  return exit_code;
+}
