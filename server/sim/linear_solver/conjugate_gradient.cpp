@@ -80,7 +80,9 @@ SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondi
       best = report.residual;
       best_at = report.iterations;
     }
-    if (report.iterations >= options.max_iterations || report.iterations - best_at >= kStagnationWindow) return report;
+    if (report.iterations >= options.max_iterations || report.iterations - best_at >= kStagnationWindow ||
+        report.residual > kDivergence * best)
+      return report;
 
     apply(w.p, w.Ap);
     const double alpha = rz / dot(w.p, w.Ap, w.partial_sums, pool);

@@ -1,0 +1,116 @@
+#pragma once
+
+#include "server/sim/fem/implicit_euler.h"
+#include "tests/support/shared_data.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <random>
+
+namespace crumple::sim::fem::test {
+
+// Box [0, size] of nx x ny x nz cells, six tets a cell around the diagonal 000 -> 111; node (i, j, k) has the index
+// (i (ny + 1) + j) (nz + 1) + k.
+inline TetMesh kuhn_box(int nx, int ny, int nz, const Vec3& size) {
+  TetMesh mesh;
+  const auto id = [&](int i, int j, int k) { return (i * (ny + 1) + j) * (nz + 1) + k; };
+  for (int i = 0; i <= nx; ++i)
+    for (int j = 0; j <= ny; ++j)
+      for (int k = 0; k <= nz; ++k)
+        mesh.X.push_back(size.cwiseProduct(Vec3(double(i) / nx, double(j) / ny, double(k) / nz)));
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j)
+      for (int k = 0; k < nz; ++k) {
+        std::array<int, 3> axes{0, 1, 2};
+        do {
+          std::array<int, 3> corner{i, j, k};
+          Tet tet;
+          tet[0] = id(i, j, k);
+          for (int a = 0; a < 3; ++a) {
+            ++corner[axes[a]];
+            tet[a + 1] = id(corner[0], corner[1], corner[2]);
+          }
+          mesh.tets.push_back(tet);
+          if (signed_volume(mesh, mesh.tet_count() - 1) < 0) std::swap(mesh.tets.back()[2], mesh.tets.back()[3]);
+        } while (std::next_permutation(axes.begin(), axes.end()));
+      }
+  return mesh;
+}
+
+// Edge length sqrt(8), centred on the origin.
+inline TetMesh regular_tet() {
+  TetMesh mesh;
+  mesh.X = {{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}};
+  mesh.tets = {{0, 1, 2, 3}};
+  if (signed_volume(mesh, 0) < 0) std::swap(mesh.tets[0][2], mesh.tets[0][3]);
+  return mesh;
+}
+
+inline FemState rest_state(const TetMesh& mesh) {
+  return {mesh.X, std::vector<Vec3>(mesh.X.size(), Vec3::Zero()), std::vector<Mat3>(mesh.tets.size(), Mat3::Zero())};
+}
+
+inline RestBody rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit = 0) {
+  Result<RestBody> rest = make_rest_body(mesh, material, clamp_limit);
+  EXPECT_TRUE(rest.has_value());
+  return std::move(*rest);
+}
+
+inline Eigen::VectorXd gravity_force(const RestBody& rest, const Vec3& g) {
+  Eigen::VectorXd f(3 * rest.node_count());
+  for (int i = 0; i < rest.node_count(); ++i) f.segment<3>(3 * i) = rest.node_mass[i] * g;
+  return f;
+}
+
+class Random {
+ public:
+  explicit Random(unsigned seed = 1) : engine_(seed) {}
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
+  Vec3 vec3(double low, double high) { return Vec3::NullaryExpr([&] { return uniform(low, high); }); }
+  Mat3 mat3(double low, double high) { return Mat3::NullaryExpr([&] { return uniform(low, high); }); }
+  Mat3 rotation() { return Quat(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized().toRotationMatrix(); }
+
+ private:
+  std::mt19937 engine_;
+};
+
+inline double kinetic_energy(const RestBody& rest, const FemState& s) {
+  double sum = 0;
+  for (int i = 0; i < rest.node_count(); ++i) sum += 0.5 * rest.node_mass[i] * s.v[i].squaredNorm();
+  return sum;
+}
+inline Vec3 momentum(const RestBody& rest, const FemState& s) {
+  Vec3 sum = Vec3::Zero();
+  for (int i = 0; i < rest.node_count(); ++i) sum += rest.node_mass[i] * s.v[i];
+  return sum;
+}
+inline Vec3 angular_momentum(const RestBody& rest, const FemState& s) {
+  Vec3 sum = Vec3::Zero();
+  for (int i = 0; i < rest.node_count(); ++i) sum += rest.node_mass[i] * s.x[i].cross(s.v[i]);
+  return sum;
+}
+inline Vec3 centre_of_mass(const RestBody& rest, const FemState& s) {
+  Vec3 sum = Vec3::Zero();
+  for (int i = 0; i < rest.node_count(); ++i) sum += rest.node_mass[i] * s.x[i];
+  return sum / rest.mass();
+}
+
+inline nlohmann::json read_json(const std::string& name) {
+  std::ifstream file(crumple::test::shared_data(name));
+  return nlohmann::json::parse(file);
+}
+inline Mat3 to_mat3(const nlohmann::json& rows) {
+  Mat3 m;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) m(i, j) = rows[i][j].get<double>();
+  return m;
+}
+
+}  // namespace crumple::sim::fem::test
