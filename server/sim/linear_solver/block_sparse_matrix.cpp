@@ -5,6 +5,10 @@
 #include <cstring>
 #include <functional>
 
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
 namespace crumple::sim::linear_solver {
 
 namespace {
@@ -13,7 +17,6 @@ constexpr int kRowsPerChunk = 256;
 
 // Four lanes; the fourth carries the next column's first entry along and is never read.
 using Lanes = double __attribute__((vector_size(32)));
-using FloatLanes = float __attribute__((vector_size(16)));
 
 inline Lanes load(const double* p) {
   Lanes lanes;
@@ -22,9 +25,11 @@ inline Lanes load(const double* p) {
 }
 
 inline Lanes load(const float* p) {
-  FloatLanes lanes;
-  std::memcpy(&lanes, p, sizeof lanes);
-  return __builtin_convertvector(lanes, Lanes);
+#ifdef __AVX__
+  return _mm256_cvtps_pd(_mm_loadu_ps(p));  // one instruction, where g++ 12 makes four of a vector conversion
+#else
+  return Lanes{p[0], p[1], p[2], p[3]};
+#endif
 }
 
 // For each node the nodes it shares a tet with, ascending, itself left out.
