@@ -84,23 +84,4 @@ Result<void> validate(const ExampleSet& set, const std::string& field) {
   return {};
 }
 
-Result<void> validate(const ExampleParameters& parameters, const std::string& field) {
-  const auto not_negative = [&](const char* name, double value) -> Result<void> {
-    if (!std::isfinite(value) || value < 0)
-      return invalid(field + "." + name, text("is ", value, ", must be finite and at least 0"));
-    return {};
-  };
-  const ExampleParameters& p = parameters;
-  if (auto ok = not_negative("alpha", p.alpha); !ok) return ok;
-  if (auto ok = not_negative("beta", p.beta); !ok) return ok;
-  if (auto ok = not_negative("mu", p.mu); !ok) return ok;
-  if (auto ok = not_negative("nu", p.nu); !ok) return ok;
-  if (!std::isfinite(p.gamma) || p.gamma <= 0)
-    return invalid(field + ".gamma", text("is ", p.gamma, ", must be finite and above 0"));
-  if (!(p.lambda >= 0 && p.lambda < 1)) return invalid(field + ".lambda", text("is ", p.lambda, ", must be in [0, 1)"));
-  if (!(p.restitution >= 0 && p.restitution <= 1))
-    return invalid(field + ".restitution", text("is ", p.restitution, ", must be in [0, 1]"));
-  return {};
-}
-
 }  // namespace crumple::sim::example_based

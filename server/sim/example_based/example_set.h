@@ -62,8 +62,4 @@ inline constexpr int kMaxBones = 1024;   // the paper's have 12 to 64
 // `validate(SurfaceMesh)` rejects. `field` prefixes the error's path.
 Result<void> validate(const ExampleSet& set, const std::string& field);
 
-// Rejects non-finite numbers, alpha, beta, mu or nu below 0, gamma <= 0, lambda outside [0, 1), restitution outside
-// [0, 1].
-Result<void> validate(const ExampleParameters& parameters, const std::string& field);
-
 }  // namespace crumple::sim::example_based

@@ -11,7 +11,7 @@
 namespace crumple::sim::example_based {
 namespace {
 
-constexpr int kRestDirections = 320, kExampleDirections = 98;
+constexpr int kRestDirections = 320, kExampleDirections = 200;
 constexpr double kRestShortfall = 1e-3, kExampleShortfall = 5e-3;  // of the part's size
 
 // The 26 directions of a box's faces, edges and corners, then a Fibonacci spiral over the sphere.
@@ -40,9 +40,13 @@ void reach_as_far(std::span<const Vec3> x, std::span<const Vec3> directions, dou
     double reach = -std::numeric_limits<double>::infinity();
     for (int c : chosen) reach = std::max(reach, n.dot(x[c]));
     int farthest = 0;
+    double farthest_reach = n.dot(x[0]);
     for (int k = 1; k < static_cast<int>(x.size()); ++k)
-      if (n.dot(x[k]) > n.dot(x[farthest])) farthest = k;
-    if (n.dot(x[farthest]) > reach + shortfall) chosen.push_back(farthest);
+      if (const double along = n.dot(x[k]); along > farthest_reach) {
+        farthest = k;
+        farthest_reach = along;
+      }
+    if (farthest_reach > reach + shortfall) chosen.push_back(farthest);
   }
 }
 

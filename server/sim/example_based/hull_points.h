@@ -10,7 +10,7 @@
 namespace crumple::sim::example_based {
 
 // The vertices of `part` that are worth carrying: enough that their hull reaches within 0.1 % of the part's size of the
-// whole part's in 320 directions in the rest pose, and within 0.5 % in 98 directions in every other example. Shapes in
+// whole part's in 320 directions in the rest pose, and within 0.5 % in 200 directions in every other example. Shapes in
 // between are blends of these; a test holds their hulls to 2 %. The 26 directions to the corners, edges and faces of a
 // box come first, so that boxes keep exactly their corners. Ascending; at least 4.
 std::vector<int> hull_candidates(const ExampleRest& rest, std::span<const int> part);

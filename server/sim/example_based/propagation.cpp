@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace crumple::sim::example_based {
 
@@ -10,6 +11,7 @@ double cubic_kernel(double x) { return x < 1 ? (2 * x - 3) * x * x + 1 : 0; }
 
 void PropagationCache::clear(int vertices) {
   range_.assign(vertices, {});
+  marked_.assign(vertices, 0);
   entries_.clear();
 }
 
@@ -47,6 +49,17 @@ std::span<const Influence> PropagationCache::influences(int site) const {
   return std::span(entries_).subspan(range_[site].begin, range_[site].count);
 }
 
+void PropagationCache::add_reached(std::span<const WeightChange> sites, std::vector<int>& active) {
+  const auto before = static_cast<std::ptrdiff_t>(active.size());
+  for (int i : active) marked_[i] = 1;
+  for (const WeightChange& site : sites)
+    for (const Influence& reached : influences(site.vertex))
+      if (!std::exchange(marked_[reached.vertex], 1)) active.push_back(reached.vertex);
+  for (int i : active) marked_[i] = 0;
+  std::sort(active.begin() + before, active.end());
+  std::inplace_merge(active.begin(), active.begin() + before, active.end());
+}
+
 void propagate(const ExampleRest& rest, const ExampleParameters& parameters, std::span<const WeightChange> changes,
                const ThreadPool& pool, PropagationCache& cache, Eigen::MatrixXd& dE, std::vector<int>& active) {
   if (changes.empty()) return;
@@ -62,13 +75,7 @@ void propagate(const ExampleRest& rest, const ExampleParameters& parameters, std
     }
   });
 
-  const std::size_t before = active.size();
-  for (const WeightChange& change : changes)
-    for (const Influence& reached : cache.influences(change.vertex)) active.push_back(reached.vertex);
-  std::sort(active.begin() + static_cast<std::ptrdiff_t>(before), active.end());
-  std::inplace_merge(active.begin(), active.begin() + static_cast<std::ptrdiff_t>(before), active.end());
-  active.erase(std::unique(active.begin(), active.end()), active.end());
-
+  cache.add_reached(changes, active);
   if (parameters.raw_rates) return;
   for (int i : active) {
     const double norm = dE.row(i).norm();

@@ -4,6 +4,7 @@
 #include "server/sim/example_based/skinning.h"
 #include "server/sim/parallel_for.h"
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -30,14 +31,17 @@ struct Influence {
 
 // The vertices within gamma of each site that was struck, kept from step to step: bodies are struck where they were
 // struck before. Derived from constant data only, so it is no part of the state. Bounded: emptied when it outgrows
-// kMaxEntries (4 MB a body).
+// kMaxEntries (8 MB a body).
 class PropagationCache {
  public:
-  static constexpr std::size_t kMaxEntries = 1 << 18;
+  static constexpr std::size_t kMaxEntries = 1 << 19;
 
   // Makes sure that `sites` are here, missing ones searched in parallel. Empties itself first where gamma is another.
   void prepare(const ExampleRest& rest, double gamma, std::span<const WeightChange> sites, const ThreadPool& pool);
   std::span<const Influence> influences(int site) const;  // ascending by vertex; `site` was prepared
+
+  // Adds to `active` (ascending) the vertices that the sites influence. Ascending again.
+  void add_reached(std::span<const WeightChange> sites, std::vector<int>& active);
 
  private:
   struct Range {
@@ -50,6 +54,7 @@ class PropagationCache {
   std::vector<Range> range_;  // N
   std::vector<Influence> entries_;
   std::vector<int> missing_;
+  std::vector<std::uint8_t> marked_;  // N, all 0 between calls
   std::vector<std::vector<Influence>> found_;
   GeodesicSearch search_[kSearches];
 };

@@ -43,31 +43,35 @@ std::span<const BoneWeight> weights_of(const ExampleRest& rest, int i) {
   return std::span(rest.weights).subspan(rest.weight_start[i], rest.weight_start[i + 1] - rest.weight_start[i]);
 }
 
+// Eq. 3. The rotations of all bones are summed into one symmetric matrix before they meet u:
+//   S = sum_b 2 W_ib Q Q^T / |Q|^2 = [M a; a^T .],   sum_b W_ib R(Q / |Q|) u = u + a x u + M u - tr(M) u
+// which is sum_b W_ib `rotate`(Q, u) for weights that sum to 1. Four wide throughout, and u itself where no bone turns.
+Vec3 skin_supported(const ExampleRest& rest, int i, const Support& support) {
+  Eigen::Matrix4d S = Eigen::Matrix4d::Zero();
+  Vec4 t = Vec4::Zero();
+  for (const auto& [bone, weight] : weights_of(rest, i)) {
+    const BonePose* poses = &rest.pose(bone, 0);
+    const Blend T = blend(poses, support);
+    const Vec4 Q = rest.turns[bone] ? guarded(T.Q, poses[0].q) : poses[0].q;
+    S.noalias() += Q * (2 * weight / Q.squaredNorm() * Q).transpose();
+    t += weight * T.t;
+  }
+  const Vec3& u = rest.set->mesh.X[i];
+  const Mat3 M = S.topLeftCorner<3, 3>();
+  const Vec3 a = S.topRightCorner<3, 1>();
+  return u + a.cross(u) + M * u - M.trace() * u + t.head<3>();
+}
+
 }  // namespace
 
 Vec3 skin_vertex(const ExampleRest& rest, int i, const WeightRow& row) {
   assert(row.size() == rest.example_count());
   const Support support(row);
-  if (support.is_rest()) return rest.x_rest[i];
-  const Vec3& u = rest.set->mesh.X[i];
-  Vec3 x = Vec3::Zero();
-  for (const auto& [bone, weight] : weights_of(rest, i)) {
-    const BonePose* poses = &rest.pose(bone, 0);
-    const Blend T = blend(poses, support);
-    const Vec3 turned = rotate(rest.turns[bone] ? guarded(T.Q, poses[0].q) : poses[0].q, u);
-    x += weight * (turned + T.t.head<3>());
-  }
-  return x;
+  return support.is_rest() ? rest.x_rest[i] : skin_supported(rest, i, support);
 }
 
 Vec3 skin_in_example(const ExampleRest& rest, int i, int e) {
-  const Vec3& u = rest.set->mesh.X[i];
-  Vec3 x = Vec3::Zero();
-  for (const auto& [bone, weight] : weights_of(rest, i)) {
-    const BonePose& T = rest.pose(bone, e);
-    x += weight * (rotate(T.q, u) + T.t.head<3>());
-  }
-  return x;
+  return skin_supported(rest, i, Support(WeightRow::Unit(rest.example_count(), e)));
 }
 
 bool skin(const ExampleRest& rest, const Eigen::MatrixXd& E, std::span<const int> vertices, const ThreadPool& pool,
