@@ -78,8 +78,7 @@ void strike(StepSystem& s, BlockSparseMatrix<Scalar>& A, int row) {
   for (int k = A.row_start()[row]; k < A.row_start()[row + 1]; ++k) {
     const int col = A.columns()[k];
     if (!s.prescribed[row] && !s.prescribed[col]) continue;
-    if (!s.prescribed[row])
-      s.b.segment<3>(3 * row) -= A.block(k).template cast<double>() * s.guess.segment<3>(3 * col);
+    if (!s.prescribed[row]) s.b.segment<3>(3 * row) -= A.block(k).template cast<double>() * s.guess.segment<3>(3 * col);
     A.set_block(k, Mat3::Zero());
   }
   if (!s.prescribed[row]) return;

@@ -18,8 +18,8 @@ struct PrescribedNode {
 // The linear system A v+ = b of one body and one step: linearised backward Euler (Parker & O'Brien 2009, eq. 5) with
 //   A = M + dt C + dt^2 K = (1 + dt a) M + (dt beta + dt^2) K,   b = dt (f_ext + f_elastic(x)) + M v,
 // C = a M + beta K. The elastic force at x, plastic strain included, stands for the paper's -K (x - u).
-// Prescribed nodes are struck (section 7): their columns times their velocities are on the right-hand side, and their own
-// rows read m v = m v_prescribed, coupled to nothing. Whoever adds terms to the system must add none to those rows.
+// Prescribed nodes are struck (section 7): their columns times their velocities are on the right-hand side, and their
+// own rows read m v = m v_prescribed, coupled to nothing. Whoever adds terms to the system must add none to those rows.
 class StepSystem {
  public:
   explicit StepSystem(bool float_matrix = false);  // precision of the off-diagonal blocks
@@ -28,16 +28,16 @@ class StepSystem {
 
   // y = A x; x, y: 3n, node-major; segments of longer vectors are welcome.
   void multiply(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> y, const ThreadPool& pool) const;
-  const std::vector<Mat3>& diagonal() const;             // diagonal blocks of A, one a node
+  const std::vector<Mat3>& diagonal() const;  // diagonal blocks of A, one a node
   Eigen::SparseMatrix<double> to_sparse() const;
 
-  Eigen::VectorXd b;                     // 3n [N s]; callers may add to it
-  Eigen::VectorXd guess;                 // 3n: v, with prescribed velocities in place. A solve must start from it, or
-                                         // from anything that has the prescribed velocities in place
-  std::vector<double> row_mass;          // (1 + dt a) m, one a node [kg]
-  std::vector<char> prescribed;          // one a node
+  Eigen::VectorXd b;             // 3n [N s]; callers may add to it
+  Eigen::VectorXd guess;         // 3n: v, with prescribed velocities in place. A solve must start from it, or
+                                 // from anything that has the prescribed velocities in place
+  std::vector<double> row_mass;  // (1 + dt a) m, one a node [kg]
+  std::vector<char> prescribed;  // one a node
   bool any_prescribed = false;
-  Elements elements;                     // at x, as update_elements leaves them
+  Elements elements;  // at x, as update_elements leaves them
   Connectivity connectivity;
   std::variant<linear_solver::BlockSparseMatrix<double>, linear_solver::BlockSparseMatrix<float>> A;
   std::vector<std::array<int, 2>> edge_blocks;  // of each edge (i, j): index of block (i, j) and of block (j, i)

@@ -36,8 +36,8 @@ Mat34 nodal_forces(const RestTet& rest, const Mat3& Q, const Mat3& sigma) {
 
 Mat3 stiffness_block(const RestTet& rest, const Lame& lame, const Mat3& Q, int i, int j) {
   const Vec3 n_i = rest.normals.col(i), n_j = rest.normals.col(j);
-  const Mat3 core = lame.lambda * n_i * n_j.transpose() + lame.mu * n_i.dot(n_j) * Mat3::Identity() +
-                    lame.mu * n_j * n_i.transpose();
+  const Mat3 core =
+      lame.lambda * n_i * n_j.transpose() + lame.mu * n_i.dot(n_j) * Mat3::Identity() + lame.mu * n_j * n_i.transpose();
   return rest.fill / (9 * rest.volume) * (Q * core * Q.transpose());
 }
 

@@ -40,12 +40,13 @@ inline double energy_density(const Lame& lame, const Mat3& strain) {
 double von_mises(const Mat3& sigma);
 
 // f_i = Q sigma n_i / 3 in the columns [N], times the tet's fill. With the rotation of F in Q this is -dE/dx as long as
-// stress and stretch commute: always for elastic, unclamped tets under the polar or SVD rule. (The paper prints no 1/3.)
+// stress and stretch commute: always for elastic, unclamped tets under the polar or SVD rule. (The paper prints no
+// 1/3.)
 Mat34 nodal_forces(const RestTet& rest, const Mat3& Q, const Mat3& sigma);
 
-// K_ij = -J_ij, J_ij = -1/(9V) Q (lambda n_i n_j^T + mu (n_i . n_j) I + mu n_j n_i^T) Q^T (eq. 2 with the factor that the
-// paper does not print), times fill: -df_i/dx_j with Q held fixed [N/m]. For one tet, by the formula; assembly works
-// with its cached factors (RestBody::core).
+// K_ij = -J_ij, J_ij = -1/(9V) Q (lambda n_i n_j^T + mu (n_i . n_j) I + mu n_j n_i^T) Q^T (eq. 2 with the factor that
+// the paper does not print), times fill: -df_i/dx_j with Q held fixed [N/m]. For one tet, by the formula; assembly
+// works with its cached factors (RestBody::core).
 Mat3 stiffness_block(const RestTet& rest, const Lame& lame, const Mat3& Q, int i, int j);
 
 // dQ of the polar or SVD rotation for a change dF:  Q^T dQ = [w],  (tr(S) I - S) w = axial(Q^T dF - dF^T Q),

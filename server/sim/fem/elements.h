@@ -14,10 +14,10 @@ namespace crumple::sim::fem {
 
 // Results of an element pass, one a tet. Assembly, fracture and display read them.
 struct Elements {
-  std::vector<Mat3> Q;           // rotation, det +1
-  std::vector<Mat3> sigma;       // elastic stress in the tet's unrotated axes [Pa]
-  std::vector<Mat34> force;      // elastic force on each of the tet's nodes, in W [N]
-  std::vector<Mat34> core;       // Q c_i: RestBody::core in world axes
+  std::vector<Mat3> Q;       // rotation, det +1
+  std::vector<Mat3> sigma;   // elastic stress in the tet's unrotated axes [Pa]
+  std::vector<Mat34> force;  // elastic force on each of the tet's nodes, in W [N]
+  std::vector<Mat34> core;   // Q c_i: RestBody::core in world axes
 
   void resize(int tet_count);
 };
@@ -34,8 +34,8 @@ inline Mat3 element_stress(const Elements& elements, int t) {
 // Total co-rotated strain eps~ of tet t at rotation Q, plastic part included.
 Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q);
 
-// Plastic flow of one step (eq. 3) at the positions x of the end of the step. Does nothing if the material does not yield.
-// `elements` is left as update_elements would at x with the new plastic strain.
+// Plastic flow of one step (eq. 3) at the positions x of the end of the step. Does nothing if the material does not
+// yield. `elements` is left as update_elements would at x with the new plastic strain.
 void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, double dt,
                   double creep_dt, const ThreadPool& pool, std::vector<Mat3>& plastic_strain, Elements& elements);
 
@@ -52,8 +52,8 @@ double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const 
 // Tets of negative volume at x.
 int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x);
 
-// -df/dx of a whole body, 3n x 3n, both triangles. fixed_rotation: eq. 2, positive semi-definite; exact: with dQ/dF, may
-// be indefinite. For statics and modes; a step assembles with assembly.h.
+// -df/dx of a whole body, 3n x 3n, both triangles. fixed_rotation: eq. 2, positive semi-definite; exact: with dQ/dF,
+// may be indefinite. For statics and modes; a step assembles with assembly.h.
 enum class Tangent { fixed_rotation, exact };
 Eigen::SparseMatrix<double> tangent_stiffness(const RestBody& rest, const std::vector<Tet>& tets,
                                               const std::vector<Vec3>& x, const std::vector<Mat3>& plastic_strain,

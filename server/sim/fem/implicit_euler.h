@@ -7,8 +7,8 @@
 namespace crumple::sim::fem {
 
 struct StepOptions {
-  double dt = 1.0 / 60;         // [s]
-  double creep_dt = 1.0 / 60;   // dt_ref of creep [s]
+  double dt = 1.0 / 60;        // [s]
+  double creep_dt = 1.0 / 60;  // dt_ref of creep [s]
   linear_solver::SolveOptions solve;
 };
 

@@ -10,7 +10,8 @@ namespace crumple::sim::fem {
 //
 // A badly shaped tet has a basis matrix with large singular values, hence large stiffness. Those above a limit are set
 // to it (after Iben & O'Brien 2006), which gives beta'. Rotation comes from the true F = D_x beta; strain is
-// sym((Q^T D_x - D_u) beta'), zero at rest; the node gradients, and with them n_i, come from beta'; volume is the true one.
+// sym((Q^T D_x - D_u) beta'), zero at rest; the node gradients, and with them n_i, come from beta'; volume is the true
+// one.
 struct RestTet {
   Mat3 beta = Mat3::Identity();           // D_u^-1, eq. 1 [1/m]
   Mat3 beta_clamped = Mat3::Identity();   // beta' [1/m]; beta where nothing is clamped

@@ -39,7 +39,7 @@ void append(RestBody& rest, const RestTet& tet) {
 Result<void> validate(const FemMaterial& m, const std::string& field) {
   const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
   if (!(m.young > 0 && m.young <= kMaxYoung)) return out_of_range(field, "young", m.young, "in (0, 1e13] Pa");
-  if (!within(m.poisson, 0, kMaxPoisson)) return out_of_range(field, "poisson", m.poisson, "in [0, 0.4999]");
+  if (!(m.poisson >= 0 && m.poisson < 0.5)) return out_of_range(field, "poisson", m.poisson, "in [0, 0.5)");
   if (!(m.density > 0 && m.density <= kMaxDensity))
     return out_of_range(field, "density", m.density, "in (0, 1e7] kg/m^3");
   if (!within(m.damping_mass, 0, kMaxDamping))
@@ -50,10 +50,8 @@ Result<void> validate(const FemMaterial& m, const std::string& field) {
   if (!within(m.creep, 0, 1)) return out_of_range(field, "creep", m.creep, "in [0, 1]");
   if (!within(m.max_plastic, 0, 1e6)) return out_of_range(field, "max_plastic", m.max_plastic, "in [0, 1e6]");
   if (!(m.toughness >= 0)) return out_of_range(field, "toughness", m.toughness, "at least 0");
-  if (m.fracture_interval < 1)
-    return out_of_range(field, "fracture_interval", m.fracture_interval, "at least 1");
-  if (m.max_splits_per_step < 0)
-    return out_of_range(field, "max_splits_per_step", m.max_splits_per_step, "at least 0");
+  if (m.fracture_interval < 1) return out_of_range(field, "fracture_interval", m.fracture_interval, "at least 1");
+  if (m.max_splits_per_step < 0) return out_of_range(field, "max_splits_per_step", m.max_splits_per_step, "at least 0");
   if (!within(m.friction, 0, 100)) return out_of_range(field, "friction", m.friction, "in [0, 100]");
   if (!(m.cg_tolerance > 0 && m.cg_tolerance < 1))
     return out_of_range(field, "cg_tolerance", m.cg_tolerance, "in (0, 1)");

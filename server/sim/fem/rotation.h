@@ -10,9 +10,9 @@ namespace crumple::sim::fem {
 // Below this det F (volume over reference volume) the paper's rule leaves the polar decomposition for QR (section 3).
 inline constexpr double kQrVolumeRatio = 0.06;
 
-// Q = U V^T of the SVD F = U D V^T with det U = det V = +1, so that for det F < 0 the smallest singular value carries the
-// sign (Irving et al. 2004). Where F has rank 2 the third axes are cross products; rank 1: the smallest rotation that
-// takes v_1 to u_1; F = 0: I.
+// Q = U V^T of the SVD F = U D V^T with det U = det V = +1, so that for det F < 0 the smallest singular value carries
+// the sign (Irving et al. 2004). Where F has rank 2 the third axes are cross products; rank 1: the smallest rotation
+// that takes v_1 to u_1; F = 0: I.
 Mat3 svd_rotation(const Mat3& F);
 
 // Polar factor of F = Q A, A symmetric, by Newton's iteration (Higham 1986), three or four 3x3 cofactors for usual F.

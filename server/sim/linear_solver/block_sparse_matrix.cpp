@@ -124,8 +124,7 @@ Eigen::SparseMatrix<double> BlockSparseMatrix<Scalar>::to_sparse() const {
   };
   for (int row = 0; row < rows(); ++row) {
     add(row, row, diagonal_[row]);
-    for (int k = row_start_[row]; k < row_start_[row + 1]; ++k)
-      add(row, columns_[k], block(k).template cast<double>());
+    for (int k = row_start_[row]; k < row_start_[row + 1]; ++k) add(row, columns_[k], block(k).template cast<double>());
   }
   Eigen::SparseMatrix<double> matrix(3 * rows(), 3 * rows());
   matrix.setFromTriplets(entries.begin(), entries.end());

@@ -11,13 +11,12 @@
 
 namespace crumple::sim::linear_solver {
 
-// A square matrix of 3x3 blocks, one block row ("noderow") a node, row-compressed; the full matrix is stored although it
-// is symmetric, since the product is what it is for (Parker & O'Brien 2009, section 4).
+// A square matrix of 3x3 blocks, one block row ("noderow") a node, row-compressed; the full matrix is stored although
+// it is symmetric, since the product is what it is for (Parker & O'Brien 2009, section 4).
 //
 // Scalar is the precision of the off-diagonal blocks: float halves the traffic of a product. Diagonal blocks are double
-// in either case: they hold the mass and minus the sum of their row's stiffness, and rounding that to float would make a
-// rigid translation of a stiff body (E = 1e9) cost 1 % of its momentum.
-// Explicit instances: float and double.
+// in either case: they hold the mass and minus the sum of their row's stiffness, and rounding that to float would make
+// a rigid translation of a stiff body (E = 1e9) cost 1 % of its momentum. Explicit instances: float and double.
 template <class Scalar>
 class BlockSparseMatrix {
  public:
@@ -29,11 +28,11 @@ class BlockSparseMatrix {
   // diagonal block. Ids must be in [0, node_count).
   static BlockSparseMatrix from_tets(int node_count, const std::vector<Tet>& tets);
 
-  int rows() const { return static_cast<int>(diagonal_.size()); }              // block rows
-  int block_count() const { return static_cast<int>(columns_.size()); }        // off-diagonal blocks
-  std::span<const int> row_start() const { return row_start_; }                // rows() + 1: blocks of a row
-  std::span<const int> columns() const { return columns_; }                    // one a block, ascending in a row
-  const std::vector<Mat3>& diagonal() const { return diagonal_; }              // one a row
+  int rows() const { return static_cast<int>(diagonal_.size()); }        // block rows
+  int block_count() const { return static_cast<int>(columns_.size()); }  // off-diagonal blocks
+  std::span<const int> row_start() const { return row_start_; }          // rows() + 1: blocks of a row
+  std::span<const int> columns() const { return columns_; }              // one a block, ascending in a row
+  const std::vector<Mat3>& diagonal() const { return diagonal_; }        // one a row
   std::vector<Mat3>& diagonal() { return diagonal_; }
 
   // Index of the off-diagonal block (row, col), -1 where the pattern has none. O(log row length).

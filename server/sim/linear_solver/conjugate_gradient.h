@@ -14,7 +14,7 @@ namespace crumple::sim::linear_solver {
 using LinearMap = std::function<void(const Eigen::VectorXd& in, Eigen::VectorXd& out)>;
 
 struct SolveOptions {
-  double tolerance = 1e-3;   // relative, see SolveReport
+  double tolerance = 1e-3;  // relative, see SolveReport
   int max_iterations = 400;
 };
 
@@ -37,8 +37,9 @@ struct CgWorkspace {
 // Preconditioned conjugate gradients (Shewchuk 1994) for symmetric positive definite A, from the guess in x.
 // An entry of x that already solves its own row and is coupled to no other keeps its bits: prescribed nodes stay exact.
 // Ends at the tolerance; at the cap; when the residual found no new low in kStagnationWindow iterations or is
-// kDivergence times above it; or when a product shows that A or P is not positive definite or not finite. x is finite on return whenever the guess was.
-// b = 0 gives x = 0. Sums run over fixed chunks: the bits do not depend on the number of threads.
+// kDivergence times above it; or when a product shows that A or P is not positive definite or not finite. x is finite
+// on return whenever the guess was. b = 0 gives x = 0. Sums run over fixed chunks: the bits do not depend on the number
+// of threads.
 inline constexpr int kStagnationWindow = 250;
 inline constexpr double kDivergence = 1e8;
 SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondition, const Eigen::VectorXd& b,

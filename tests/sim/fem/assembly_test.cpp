@@ -160,8 +160,7 @@ TEST(Assembly, StiffnessAgreesWithCalculiXOnS03) {
   Eigen::SparseMatrix<double> K =
       tangent_stiffness(rest, mesh.tets, state.x, state.plastic_strain, Tangent::fixed_rotation);
   Eigen::VectorXd f = Eigen::VectorXd::Zero(K.rows());
-  for (const auto& load : level["loads"])
-    f.segment<3>(3 * load[0].get<int>()) += Vec3(load[1], load[2], load[3]);
+  for (const auto& load : level["loads"]) f.segment<3>(3 * load[0].get<int>()) += Vec3(load[1], load[2], load[3]);
   std::vector<char> fixed(K.rows(), 0);
   for (const auto& d : level["dirichlet"]) {
     ASSERT_EQ(d[2].get<double>(), 0);

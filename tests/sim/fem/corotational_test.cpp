@@ -93,7 +93,8 @@ TEST(Corotational, StiffnessBlocksAreForceDifferencesAtFixedRotation) {
         }
       }
     EXPECT_LT((K - K.transpose()).norm(), 1e-12 * K.norm());
-    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K).eigenvalues()(0), -1e-10 * K.norm());  // positive semi-definite
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K).eigenvalues()(0),
+              -1e-10 * K.norm());  // positive semi-definite
     for (int i = 0; i < 4; ++i)
       EXPECT_LT((K.middleRows(3 * i, 3).reshaped(9, 4).rowwise().sum()).norm(), 1e-12 * K.norm());
   }
@@ -136,7 +137,8 @@ TEST(Corotational, PiolaDerivativeIsThatOfDifferences) {
       plus.data()[k] += h;
       minus.data()[k] -= h;
       const Mat3 dP = (P(plus) - P(minus)) / (2 * h);
-      EXPECT_LT((derivative.col(k) - Eigen::Map<const Eigen::Matrix<double, 9, 1>>(dP.data())).norm(), 1e-6 * derivative.norm());
+      EXPECT_LT((derivative.col(k) - Eigen::Map<const Eigen::Matrix<double, 9, 1>>(dP.data())).norm(),
+                1e-6 * derivative.norm());
     }
     if (plastic.isZero()) {
       EXPECT_LT((derivative - derivative.transpose()).norm(), 1e-12 * derivative.norm());
@@ -152,7 +154,8 @@ TEST(Corotational, VonMisesOfUniaxialTensionAndPureShear) {
   EXPECT_NEAR(von_mises(7 * Mat3::Identity()), 0, 1e-14);
 }
 
-// FORMULAS F4. Torque of the internal forces: none for polar; the QR branch and a plastic strain that is not coaxial make one.
+// FORMULAS F4. Torque of the internal forces: none for polar; the QR branch and a plastic strain that is not coaxial
+// make one.
 TEST(Corotational, InternalForcesSumToZeroAndTorqueVanishesForPolarOnly) {
   Random random;
   const auto torque = [](const Mat34& x, const Mat34& f) {

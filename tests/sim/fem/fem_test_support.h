@@ -73,9 +73,15 @@ class Random {
  public:
   explicit Random(unsigned seed = 1) : engine_(seed) {}
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
-  Vec3 vec3(double low, double high) { return Vec3::NullaryExpr([&] { return uniform(low, high); }); }
-  Mat3 mat3(double low, double high) { return Mat3::NullaryExpr([&] { return uniform(low, high); }); }
-  Mat3 rotation() { return Quat(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized().toRotationMatrix(); }
+  Vec3 vec3(double low, double high) {
+    return Vec3::NullaryExpr([&] { return uniform(low, high); });
+  }
+  Mat3 mat3(double low, double high) {
+    return Mat3::NullaryExpr([&] { return uniform(low, high); });
+  }
+  Mat3 rotation() {
+    return Quat(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized().toRotationMatrix();
+  }
 
  private:
   std::mt19937 engine_;

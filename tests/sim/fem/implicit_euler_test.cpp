@@ -105,7 +105,8 @@ TEST(ImplicitEuler, F2UndampedModeLosesEnergyByTheFormula) {
 
 // F2's printed rows: dt = 1/60, 1 Hz: 0.989153 a step; 5 Hz: 0.784833; 30 Hz: 0.0920.
 TEST(ImplicitEuler, F2PrintedDecays) {
-  for (const auto& [hertz, ratio, digits] : {std::tuple{1.0, 0.989153, 1e-6}, {5.0, 0.784833, 1e-6}, {30.0, 0.0920, 1e-4}}) {
+  for (const auto& [hertz, ratio, digits] :
+       {std::tuple{1.0, 0.989153, 1e-6}, {5.0, 0.784833, 1e-6}, {30.0, 0.0920, 1e-4}}) {
     Breathing mode;
     mode.start(0.1, 0);
     // Scale time instead of the material: dt omega is what counts.
@@ -235,7 +236,8 @@ TEST(ImplicitEuler, PrescribedNodesFollowTheirScriptExactly) {
   const StepOptions options = step_options(rest.material, 1.0 / 64);
   Vec3 expected = start;
   for (int k = 0; k < 10; ++k) {
-    implicit_euler_step(rest, mesh.tets, state, test::gravity_force(rest, {0, -9.81, 0}), driven, options, kOne, scratch);
+    implicit_euler_step(rest, mesh.tets, state, test::gravity_force(rest, {0, -9.81, 0}), driven, options, kOne,
+                        scratch);
     expected += options.dt * driven[1].velocity;
     EXPECT_EQ(state.v[driven[1].node], driven[1].velocity);
   }
@@ -294,9 +296,8 @@ TEST(ImplicitEuler, CappedSolveIsReportedAndKeepsMomentum) {
   for (Vec3& v : state.v) v = random.vec3(-1, 1);
   const Vec3 P = test::momentum(rest, state);
   StepScratch scratch;
-  const SolveReport report =
-      implicit_euler_step(rest, mesh.tets, state, Eigen::VectorXd::Zero(3 * mesh.node_count()), {},
-                          step_options(material, 1.0 / 60), kOne, scratch);
+  const SolveReport report = implicit_euler_step(rest, mesh.tets, state, Eigen::VectorXd::Zero(3 * mesh.node_count()),
+                                                 {}, step_options(material, 1.0 / 60), kOne, scratch);
   EXPECT_FALSE(report.converged);
   EXPECT_EQ(report.iterations, 5);
   EXPECT_GT(report.residual, material.cg_tolerance);

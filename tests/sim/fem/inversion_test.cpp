@@ -22,7 +22,8 @@ double shape_error(const TetMesh& mesh, const std::vector<Vec3>& x) {
   const Vec3 sign(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
   const Mat3 R = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
   double worst = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) worst = std::max(worst, (R * (mesh.X[i] - X_mean) - (x[i] - x_mean)).norm());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    worst = std::max(worst, (R * (mesh.X[i] - X_mean) - (x[i] - x_mean)).norm());
   return worst;
 }
 

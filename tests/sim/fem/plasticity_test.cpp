@@ -79,8 +79,7 @@ TEST(Plasticity, CreepOfAGivenTimeDoesNotDependOnTheStep) {
   const Mat3 strain = Vec3(0.05, -0.01, 0.02).asDiagonal();
   const auto after_one_second = [&](int steps) {
     Mat3 plastic = Mat3::Zero();
-    for (int k = 0; k < steps; ++k)
-      flow(strain, 0.02, creep_per_step(material, 1.0 / steps, 1.0 / 3), 10, plastic);
+    for (int k = 0; k < steps; ++k) flow(strain, 0.02, creep_per_step(material, 1.0 / steps, 1.0 / 3), 10, plastic);
     return plastic.norm();
   };
   EXPECT_NEAR(after_one_second(60), after_one_second(30), 1e-14);

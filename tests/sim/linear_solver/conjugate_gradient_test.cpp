@@ -56,8 +56,8 @@ TEST(ConjugateGradient, SolvesTheChainInClosedForm) {
   const int n = 50;
   CgWorkspace workspace;
   Eigen::VectorXd u = Eigen::VectorXd::Zero(n);
-  const SolveReport report = conjugate_gradient(chain, no_preconditioner, Eigen::VectorXd::Ones(n), u, {1e-12, 200},
-                                                workspace, kOne);
+  const SolveReport report =
+      conjugate_gradient(chain, no_preconditioner, Eigen::VectorXd::Ones(n), u, {1e-12, 200}, workspace, kOne);
   EXPECT_TRUE(report.converged);
   EXPECT_LE(report.iterations, n);  // exact arithmetic ends within n steps
   EXPECT_LT((u - chain_solution(n)).norm(), 1e-11 * chain_solution(n).norm());
