@@ -19,7 +19,9 @@ class ByteWriter {
     static_assert(std::is_arithmetic_v<T>);
     append(&number, sizeof number);
   }
-  void append(const void* data, std::size_t size) { bytes_.append(static_cast<const char*>(data), size); }
+  void append(const void* data, std::size_t size) {
+    if (size > 0) bytes_.append(static_cast<const char*>(data), size);  // an empty array's data may be null
+  }
   void pad_to_4() { bytes_.append((4 - bytes_.size() % 4) % 4, '\0'); }
   std::string take() { return std::move(bytes_); }
 

@@ -217,6 +217,7 @@ bool get_positions(ByteReader& in, std::uint32_t count, Form form, std::vector<V
 }
 
 bool get_values(ByteReader& in, std::uint32_t count, Form form, std::vector<float>& values) {
+  if (count == 0) return true;
   const std::size_t bytes = form.codec == Codec::float32 ? 4 : 1;
   const char* data = in.skip(std::uint64_t{bytes} * count);
   if (!data) return false;
@@ -261,7 +262,7 @@ bool get_body(ByteReader& in, Form form, BodyTopology& body) {
   if (!data) return false;
   body.triangles.resize(triangles);
   static_assert(sizeof(Triangle) == 12);
-  std::memcpy(body.triangles.data(), data, std::size_t{12} * triangles);
+  if (triangles > 0) std::memcpy(body.triangles.data(), data, std::size_t{12} * triangles);
   return std::all_of(body.triangles.begin(), body.triangles.end(), [&](const Triangle& triangle) {
     return std::ranges::all_of(triangle, [&](int v) { return v >= 0 && static_cast<std::uint32_t>(v) < vertices; });
   });
