@@ -62,6 +62,7 @@ struct Breach {
   const char* field;
   const char* rule;  // part of the message
 };
+void PrintTo(const Breach& b, std::ostream* out) { *out << b.what; }
 
 class SceneGate : public testing::TestWithParam<Breach> {};
 

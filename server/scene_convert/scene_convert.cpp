@@ -1,0 +1,105 @@
+#include "server/scene_convert/scene_convert.h"
+
+#include "server/scene_convert/asset_convert.h"
+#include "server/scene_convert/command_convert.h"
+#include "server/scene_convert/conversion.h"
+#include "server/scene_convert/example_convert.h"
+#include "server/scene_convert/fem_convert.h"
+#include "server/scene_convert/geometry_convert.h"
+#include "server/scene_convert/recording_convert.h"
+#include "server/scene_convert/rigid_convert.h"
+#include "server/sim/model_validation.h"
+
+#include <unordered_map>
+
+namespace crumple::scene_convert {
+namespace {
+
+constexpr std::size_t kMaxDescriptionBytes = 64 * 1024;
+
+sim::ContactSettings to_contact(const v1::ContactSettings& message) {
+  sim::ContactSettings contact;
+  if (message.has_raw_damping()) contact.raw_damping = message.raw_damping();
+  if (message.has_phi()) contact.phi = message.phi();
+  if (message.has_kappa()) contact.kappa = message.kappa();
+  if (message.has_recovery_steps()) contact.recovery_steps = message.recovery_steps();
+  if (message.has_max_recovery_speed()) contact.max_recovery_speed = message.max_recovery_speed();
+  return contact;
+}
+
+void set_world(const v1::Scene& message, sim::SceneDescription& scene) {
+  scene.name = message.name();
+  scene.gravity = to_vec3(message.has_gravity(), message.gravity(), scene.gravity);
+  if (message.has_dt()) scene.dt = message.dt();
+  if (message.has_rigid_substeps()) scene.rigid_substeps = message.rigid_substeps();
+  if (message.has_creep_dt()) scene.creep_dt = message.creep_dt();
+  if (message.has_rate_dt()) scene.rate_dt = message.rate_dt();
+  if (message.has_float_solver()) scene.float_solver = message.float_solver();
+  if (message.has_seed()) scene.seed = message.seed();
+  scene.contact = to_contact(message.contact());
+}
+
+std::variant<sim::RigidModel, sim::FemModel, sim::ExampleModel> to_model(const v1::Body& message,
+                                                                         const std::string& field, Conversion& c) {
+  switch (message.model_case()) {
+    case v1::Body::kRigid: return to_rigid(message.rigid(), field + ".rigid", c);
+    case v1::Body::kFem: return to_fem(message.fem(), field + ".fem", c);
+    case v1::Body::kExample: return to_example_model(message.example(), field + ".example", c);
+    case v1::Body::MODEL_NOT_SET: break;
+  }
+  c.breach.require(false, field, "has no model, must be one of rigid, fem, example");
+  return {};
+}
+
+sim::BodyDescription to_body(const v1::Body& message, const std::string& field, Conversion& c) {
+  sim::BodyDescription body;
+  body.name = message.name();
+  body.pose = c.value(to_pose(message.pose(), field + ".pose"), "");
+  body.velocity = to_vec3(message.velocity());
+  body.angular_velocity = to_vec3(message.angular_velocity());
+  if (message.has_colour()) body.colour = {message.colour().r(), message.colour().g(), message.colour().b()};
+  if (message.has_opacity()) body.opacity = message.opacity();
+  body.model = to_model(message, field, c);
+  return body;
+}
+
+// Stops as soon as the scene has grown beyond kMaxTets, before more is made.
+void add_bodies(const v1::Scene& message, sim::SceneDescription& scene, Conversion& c) {
+  c.breach.count(static_cast<std::size_t>(message.bodies_size()), 0, sim::limits::kMaxBodies, "bodies");
+  std::int64_t tets = 0;
+  for (int i = 0; c.breach.ok() && i < message.bodies_size() && tets <= sim::kMaxTets; ++i) {
+    scene.bodies.push_back(to_body(message.bodies(i), entry("bodies", i), c));
+    if (c.breach.ok()) tets += sim::tet_count(scene.bodies.back());
+  }
+}
+
+void add_script(const v1::Scene& message, sim::SceneDescription& scene, Conversion& c) {
+  c.breach.count(static_cast<std::size_t>(message.script_size()), 0, sim::limits::kMaxScript, "script");
+  std::unordered_map<std::string, BodyId> ids;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) ids.emplace(scene.bodies[i].name, static_cast<BodyId>(i));
+  const FindBody find = [&](const std::string& name) -> std::optional<BodyId> {
+    const auto it = ids.find(name);
+    return it == ids.end() ? std::nullopt : std::optional(it->second);
+  };
+  for (int i = 0; c.breach.ok() && i < message.script_size(); ++i)
+    scene.script.push_back(c.value(to_scripted(message.script(i), find, entry("script", i)), ""));
+}
+
+}  // namespace
+
+Result<sim::SceneDescription> to_scene(const v1::Scene& message, const MeshSource& files) {
+  Conversion c{.files = files, .breach = {}, .surfaces = {}, .tet_meshes = {}, .example_sets = {}};
+  sim::SceneDescription scene;
+  c.breach.require(message.description().size() <= kMaxDescriptionBytes, "description",
+                   "has " + std::to_string(message.description().size()) + " bytes, must have at most 65536");
+  set_world(message, scene);
+  add_bodies(message, scene, c);
+  if (c.breach.ok()) c.breach.take(sim::validate(scene));  // before the script, whose bodies these are
+  add_script(message, scene, c);
+  c.value(to_recording(message.recording()), "");
+  if (c.breach.ok() && !scene.script.empty()) c.breach.take(sim::validate(scene));
+  if (!c.breach.ok()) return std::unexpected(in_message_names(c.breach.result().error()));
+  return scene;
+}
+
+}  // namespace crumple::scene_convert
