@@ -59,9 +59,9 @@ echo "page    $page"
 if [ $headless = 0 ] && [ -n "${DISPLAY:-}" ] && command -v xdg-open >/dev/null; then xdg-open "$page" >/dev/null 2>&1 || true; fi
 [ $headless = 1 ] || echo "Open the page; click a body to push it. Ctrl-C ends."
 
-progress=(--progress)
-if [ "$steps" -gt 0 ]; then progress+=(--until-step "$steps"); fi
-$bin/crumple --server "$server" watch 1 "${progress[@]}" &
+until=()
+if [ "$steps" -gt 0 ]; then until=(--until "$steps"); fi
+$bin/crumple --server "$server" progress 1 "${until[@]}" &
 watcher=$!
 pids+=("$watcher")
 wait "$watcher"

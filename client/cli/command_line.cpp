@@ -60,7 +60,7 @@ struct CommandLine {
     app.footer(kFooter);
     app.require_subcommand(1);
     app.add_option("--server", server, "host:port")->capture_default_str();
-    app.add_option("--timeout", timeout, "for an answer, except to step, watch and record [s]")
+    app.add_option("--timeout", timeout, "for an answer, except to step, watch, progress and record [s]")
         ->check(CLI::PositiveNumber)->capture_default_str();
 
     CLI::App* sub = command("create", "Creates a paused world and prints its number", create);
@@ -93,6 +93,8 @@ struct CommandLine {
     sub = on_world(command("watch", "Prints step, time, real-time factor and step time of each frame", watch));
     stream_options(sub);
     sub->add_flag("--events", options.events, "and the events and topologies");
+    sub = on_world(command("progress", "Keeps one line up to date: step, time, real-time factor, viewers", progress));
+    sub->add_option("--until", options.until, "ends when the world has taken so many steps");
     sub = on_world(command("record", kRecordAbout, record));
     sub->add_option("FILE", options.file, "to write")->required();
     stream_options(sub);
@@ -117,6 +119,7 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
   }
   client::ConnectOptions connect;
   connect.call_timeout = std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * line.timeout));
+  connect.connect_timeout = std::min(connect.connect_timeout, connect.call_timeout);
   const auto client = client::connect(line.server, connect);
   if (!client) return report(client.error(), err);
   const Outcome done = line.action(**client);

@@ -23,6 +23,7 @@ struct Options {
   double radius = -1;              // [m]; < 0: the server's default
   double seconds = 0;              // of wall time; 0: no limit
   std::uint64_t frames = 0;        // 0: no limit
+  std::uint64_t until = 0;         // steps of the world; 0: no limit
   double rate = 0;                 // [Hz]; 0: no limit
 };
 
@@ -53,6 +54,8 @@ Outcome hash(SimulationClient& client, const Options& options, std::ostream& out
 
 // Until a limit, `stop`, or the end of the world, which is an error.
 Outcome watch(SimulationClient& client, const Options& options, std::ostream& out, const std::atomic<bool>& stop);
+// One line, kept up to date: step, simulated time, real-time factor, viewers. Ends at `until` steps, too.
+Outcome progress(SimulationClient& client, const Options& options, std::ostream& out, const std::atomic<bool>& stop);
 Outcome record(SimulationClient& client, const Options& options, std::ostream& out, const std::atomic<bool>& stop);
 
 // "x,y,z". `field` names the option in the error.

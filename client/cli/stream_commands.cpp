@@ -1,5 +1,7 @@
 #include <chrono>
+#include <iomanip>
 #include <ostream>
+#include <thread>
 
 #include "client/cli/commands.h"
 #include "client/sdk/stream_file.h"
@@ -61,6 +63,24 @@ Outcome watch(SimulationClient& client, const Options& options, std::ostream& ou
     return {};
   });
   if (!frames) return std::unexpected(frames.error());
+  return {};
+}
+
+Outcome progress(SimulationClient& client, const Options& options, std::ostream& out, const std::atomic<bool>& stop) {
+  bool reached = false;
+  while (!stop && !reached) {
+    const auto info = client.world(options.world);
+    if (!info) return std::unexpected(info.error());
+    const WorldStatus& status = info->status;
+    if (status.state == WorldState::failed) return std::unexpected(Error{ErrorCode::internal, "", status.failure});
+    reached = options.until > 0 && status.step >= options.until;
+    out << std::fixed << std::setprecision(2) << "\rstep " << status.step << "  time " << status.time << " s  real time "
+        << status.real_time_factor << " x  step " << status.step_ms << " ms  viewers " << status.viewers << "   ";
+    out.flush();
+    // Nothing to wait on: a status is asked for four times a second.
+    if (!reached) std::this_thread::sleep_for(std::chrono::milliseconds(250));
+  }
+  out << '\n';
   return {};
 }
 

@@ -4,6 +4,8 @@
 #include "server/grpc/convert.h"
 #include "server/grpc/watch_message.h"
 
+#include <grpcpp/grpcpp.h>
+
 namespace crumple::grpc_server {
 namespace {
 constexpr double kMaxRate = 1000;  // [Hz]

@@ -139,7 +139,6 @@ void World::Impl::fracture(StepReport& report) {
     report.splits += outcome.splits;
     Event& event = add_event(EventKind::fracture, body.id);
     event.point = outcome.point;
-    event.magnitude = outcome.stress;
     event.count = outcome.splits;
     event.fragments = outcome.fragments;
     event.message = text(scene.bodies[body.id].name, " breaks: ", outcome.splits, " splits, ", outcome.fragments, " pieces");

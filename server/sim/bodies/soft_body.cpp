@@ -71,6 +71,7 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
     soft.render_ = model.render;
     soft.embedding_ = embed(model.render->vertices, mesh);
   }
+  soft.stars_ = NodeStars(soft.tets, soft.node_count());
   soft.topology_changed();
   return soft;
 }

@@ -6,6 +6,7 @@
 #include "server/sim/fem/assembly.h"
 #include "server/sim/fem/elements.h"
 #include "server/sim/fem/fem_state.h"
+#include "server/sim/fracture/fracture_step.h"
 #include "server/sim/mesh/embedding.h"
 #include "server/sim/scene.h"
 #include "server/sim/state_hash.h"
@@ -20,7 +21,6 @@ struct FractureOutcome {
   int splits = 0;
   int fragments = 1;            // face-connected components afterwards
   Vec3 point = Vec3::Zero();    // of the first split, in W [m]
-  double stress = 0;            // highest separation found: [Pa], raw [N]
 };
 
 // One finite-element body of a world: rest data, state, and what the stages of a step do to it.
@@ -89,6 +89,8 @@ class SoftBody {
   std::vector<int> draw_nodes_;                 // surface nodes, ascending
   std::vector<Triangle> draw_triangles_;        // ids into draw_nodes_
   int last_fragments_ = 1;
+  NodeStars stars_;
+  fracture::FractureScratch fracture_scratch_;
 };
 
 }  // namespace crumple::sim

@@ -1,7 +1,4 @@
 #include "server/sim/bodies/soft_body.h"
-#include "server/sim/fracture/fragments.h"
-#include "server/sim/fracture/mesh_split.h"
-#include "server/sim/fracture/separation_tensor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,25 +14,9 @@ FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const
   if (!std::isfinite(m.yield)) {
     fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
   }
-  const int count = static_cast<int>(tets.size());
-  std::vector<Mat3> stress(count), S(X.size());
-  std::vector<Mat34> normals(count);
-  pool.for_chunks(count, 256, [&](int begin, int end) {
-    for (int t = begin; t < end; ++t) {
-      stress[t] = fem::element_stress(system.elements, t);
-      // core is sqrt(fill / (9 V)) Q n_i.
-      normals[t] = std::sqrt(9 * rest.volume[t] * rest.fill[t]) * system.elements.core[t];
-    }
-  });
-  NodeStars stars(tets, node_count());
-  fracture::PartForces forces;
-  fracture::separation_tensors(tets, stars, stress, normals, pool, forces, S);
-  const auto candidates = fracture::split_candidates(tets, stars, normals, S, m.toughness, m.raw_toughness, pool);
-  if (candidates.empty()) return {.fragments = last_fragments_};
-
-  const fracture::SplitOptions options{.seed = seed ^ (0x9e3779b97f4a7c15ULL * (id + 1)), .step = step,
-                                       .max_splits = m.max_splits_per_step};
-  const fracture::SplitReport report = fracture::split_nodes(tets, state, stars, candidates, options);
+  const std::uint64_t own_seed = seed ^ (0x9e3779b97f4a7c15ULL * (id + 1));  // bodies break in different orders
+  const fracture::SplitReport report =
+      fracture::fracture_step(rest, system.elements, own_seed, step, pool, tets, state, stars_, fracture_scratch_);
   if (report.splits.empty()) return {.fragments = last_fragments_};
 
   fracture::extend_by_origin(X, report.origin);
@@ -55,7 +36,6 @@ FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const
 
   FractureOutcome outcome{.splits = static_cast<int>(report.splits.size()), .fragments = report.fragments};
   outcome.point = report.splits.front().point;
-  for (const auto& candidate : candidates) outcome.stress = std::max(outcome.stress, candidate.strength);
   return outcome;
 }
 
