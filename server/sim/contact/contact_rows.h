@@ -38,10 +38,12 @@ struct ContactRow {
   double c_n = 0;                      // [N s / (m/s)]
   double target = 0;                   // s*, separation speed sought [m/s]
   double friction = 0;                 // mu [-]
+  int pair = 0;                        // which two components, or component and plane; rows of a pair are consecutive
+  double mass = 0;                     // reduced mass of the two bodies times this row's share of the contact [kg]
 
   // Set between the passes of a solve.
   bool active = true;
-  double c_t = 0;             // <= c_n
+  double c_t = 0;             // <= c_n; c_n: the row sticks
   Vec3 t0 = Vec3::Zero();     // tangential impulse given in advance [N s]
   double lambda_n = 0;        // outcome [N s]
   Vec3 lambda_t = Vec3::Zero();

@@ -50,6 +50,8 @@ struct Detector {
   void meet(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
   Vec3 add_side(ContactRow& row, int side, const Unit& unit, const CollisionTet& t, const Eigen::Vector4d& b) const;
   void finish(ContactRow& row, const Vec3& u, double depth, double mass, double volume) const;
+  Mat34 at_start(const Unit& unit, const CollisionTet& t) const;
+  void turn_back(ContactRow& row, const Vec3& u, const Mat34& a, const Mat34& b) const;
 };
 
 void Detector::place(int body) {
@@ -120,6 +122,19 @@ struct Near {
   }
 };
 
+// The rows of one pair of components share its reduced mass by area. The first one is marked for number_pairs.
+void share_mass(double mass, std::span<ContactRow> rows) {
+  double area = 0;
+  for (const ContactRow& row : rows) area += row.area;
+  for (ContactRow& row : rows) row.mass = mass * row.area / area;
+  if (!rows.empty()) rows.front().pair = 1;
+}
+
+void number_pairs(std::span<ContactRow> rows) {
+  int pair = -1;
+  for (ContactRow& row : rows) row.pair = pair += row.pair;
+}
+
 double reduced_mass(double a, double b) { return a == kInfinity ? b : b == kInfinity ? a : a * b / (a + b); }
 
 void Detector::meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const {
@@ -131,6 +146,7 @@ void Detector::meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows)
   const double mass = reduced_mass(a.mass, b.mass);
   const double volume_a = a.mass < kInfinity ? a.component->volume : kInfinity;
   const double volume_b = b.mass < kInfinity ? b.component->volume : kInfinity;
+  std::vector<ContactRow> buried;
   for (const auto& [i, j] : pairs) {
     const OrientedTet &shape_a = near_a.shapes[i], &shape_b = near_b.shapes[j];
     if (!(shape_a.volume > 0 && shape_b.volume > 0)) continue;
@@ -138,26 +154,36 @@ void Detector::meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows)
     if (a.body == b.body && share_a_node(tet_a.nodes, tet_b.nodes)) continue;
     const TetOverlap common = overlap(shape_a, shape_b);
     if (common.volume == 0) continue;
-    const Vec3 r = contact_normal(common, shape_a, shape_b, tet_a.exterior, tet_b.exterior);
+    const ContactNormal normal = contact_normal(common, shape_a, shape_b, tet_a.exterior, tet_b.exterior);
     ContactRow row;
-    row.area = r.norm();
+    row.area = normal.r.norm();
     if (!(row.area > 0)) continue;
-    row.normal = r / row.area;
+    row.normal = normal.r / row.area;
     row.point = common.centroid;
     row.friction = std::sqrt(in.bodies[a.body].friction * in.bodies[b.body].friction);
     const Vec3 u = add_side(row, 0, a, tet_a, barycentric(shape_a, row.point)) +
                    add_side(row, 1, b, tet_b, barycentric(shape_b, row.point));
     finish(row, u, overlap_depth(common.volume, row.area), mass, std::min(volume_a, volume_b));
-    rows.push_back(row);
+    if (!in.settings.raw_damping) turn_back(row, u, at_start(a, tet_a), at_start(b, tet_b));
+    (normal.from_surface ? rows : buried).push_back(row);
   }
+  // Pairs of tets without a face of the surface in their overlap say nothing about the direction. They count only where
+  // there is nothing better, when two bodies have gone deep into each other; beside a resting contact they would push
+  // sideways.
+  if (rows.empty()) rows = std::move(buried);
+  share_mass(mass, rows);
 }
 
 void Detector::meet(const Unit& unit, int plane, std::vector<ContactRow>& rows) const {
   const CollisionPlane& half_space = in.planes[plane];
+  const std::size_t first = rows.size();
   for (int k = unit.component->begin; k < unit.component->end; ++k) {
     const CollisionTet& t = tet(unit, k);
     const Mat34 x = nodes(unit, t);
-    if (!((half_space.normal.transpose() * x).minCoeff() < half_space.offset)) continue;
+    // Not V/A: of a plane the depth is known, and a tet that tapers upwards has a V/A beyond it. With gravity's share of a
+    // step in the prediction that error was enough to make a small cube bounce for ever.
+    const double depth = half_space.offset - (half_space.normal.transpose() * x).minCoeff();
+    if (!(depth > 0)) continue;
     const OrientedTet shape = orient(x);
     if (!(shape.volume > 0)) continue;
     const HalfSpaceOverlap common = overlap(shape, half_space.normal, half_space.offset);
@@ -172,9 +198,10 @@ void Detector::meet(const Unit& unit, int plane, std::vector<ContactRow>& rows) 
     row.friction = std::sqrt(in.bodies[unit.body].friction * half_space.friction);
     row.sides[1].body = static_cast<int>(in.bodies.size()) + plane;
     const Vec3 u = add_side(row, 0, unit, t, barycentric(shape, row.point));
-    finish(row, u, overlap_depth(common.volume, row.area), unit.mass, unit.component->volume);
+    finish(row, u, depth, unit.mass, unit.component->volume);
     rows.push_back(row);
   }
+  share_mass(unit.mass, std::span(rows).subspan(first));
 }
 
 // Returns the side's part of the velocity u with which the bodies came here.
@@ -217,6 +244,24 @@ void Detector::finish(ContactRow& row, const Vec3& u, double depth, double mass,
   row.c_n = settings.kappa * mass * row.area / std::cbrt(volume * volume);
   const double tau = settings.recovery_steps * in.dt;
   row.target = row.depth < 0 ? row.depth / in.dt : std::min(row.depth / tau, settings.max_recovery_speed);
+}
+
+Mat34 Detector::at_start(const Unit& unit, const CollisionTet& t) const {
+  Mat34 x;
+  for (int k = 0; k < 4; ++k) x.col(k) = in.bodies[unit.body].x[t.nodes[k]];
+  return x;
+}
+
+// A fast body may be more than half through a thin one where it is detected; the overlap's normal then points on, and
+// would push it out at the far side. Where the two tets were apart at the start of the step along their relative motion
+// u, they must meet against it: the normal is turned round, the depth is minus the gap that was between them.
+void Detector::turn_back(ContactRow& row, const Vec3& u, const Mat34& a, const Mat34& b) const {
+  if (row.normal.dot(u) <= 0) return;
+  if ((u.transpose() * a).maxCoeff() > (u.transpose() * b).minCoeff()) return;
+  row.normal = -row.normal;
+  const double gap = (row.normal.transpose() * a).minCoeff() - (row.normal.transpose() * b).maxCoeff();
+  row.depth = -std::max(gap, 0.0);
+  row.target = row.depth / in.dt;
 }
 
 // Runs job(k, rows) for k in [0, count) in parallel; the rows come in order of k.
@@ -267,6 +312,7 @@ std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& po
       if (lowest < input.planes[plane].offset) detector.meet(unit, plane, found);
     }
   });
+  number_pairs(rows);
   return rows;
 }
 

@@ -14,19 +14,23 @@ namespace crumple::sim::contact {
 struct FrictionMemory {
   struct Entry {
     std::array<int, 4> key;  // bodies and tets of the two sides
-    Vec3 impulse;            // tangential, on side 0 [N s]
+    Vec3 impulse;            // tangential, on side 0, at most mu lambda_n [N s]
+    bool slid;
   };
   std::vector<Entry> entries;  // ascending by key
 };
 
-// Before the first pass: t0 from the last step, turned into the row's plane; c_t = c_n: every row may stick.
-void carry_friction(const FrictionMemory& memory, std::span<ContactRow> rows);
+// Before the first pass. u: the rows' relative velocity before the step. `active`: rows that push at u (all, if
+// may_pull). A row that stuck in the last step, or is new and at rest, sticks: c_t = c_n, t0 = last step's impulse turned
+// into the row's plane. One that slid, or is new and moves, slides.
+void start_row(const FrictionMemory& memory, const Vec3& u, bool may_pull, ContactRow& row);
 
-// After a pass, with the row's u of that pass: sets lambda_n and lambda_t, and for the next pass `active` (rows that
-// would pull let go, rows that let go and would push return) and the tangential law: a row whose sticking impulse stays
-// in the cone sticks, the others slide: c_t = 0, t0 = mu lambda_n against the motion.
-// True if the next pass would differ from this one.
-bool refresh_friction(ContactRow& row, const Vec3& u, bool may_pull);
+// After a pass, with the rows' u of that pass: for the next one sets `active` (rows that would pull let go, rows that let
+// go and would push return) and the tangential law: a row sticks while |lambda_t| stays
+// within mu lambda_n; else it slides under the damper c_t = mu lambda_n / |u_t| <= c_n, t0 = 0, which takes energy whatever
+// happens. |u_t| is what the row's speed will be: that of this pass, corrected for the change of friction of its pair.
+// True if the next pass would differ from this one. rows: whole pairs, consecutive.
+bool refresh_rows(std::span<ContactRow> rows, std::span<const Vec3> u, bool may_pull);
 
 // After the last pass: lambda_n and lambda_t of the row as it was solved.
 void set_outcome(ContactRow& row, const Vec3& u);

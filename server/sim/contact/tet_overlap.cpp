@@ -9,6 +9,8 @@ namespace {
 
 constexpr std::array<std::array<int, 3>, 4> kFace{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
+constexpr double kRim = 0.3;  // of the overlap's widest face: a share of the surface below this is its rim
+
 // A planar convex polygon; a triangle clipped by four planes has at most seven corners.
 struct Polygon {
   std::array<Vec3, 8> p;
@@ -156,8 +158,8 @@ TetOverlap overlap(const OrientedTet& a, const OrientedTet& b) {
   return result;
 }
 
-Vec3 contact_normal(const TetOverlap& overlap, const OrientedTet& a, const OrientedTet& b, std::uint8_t exterior_a,
-                    std::uint8_t exterior_b) {
+ContactNormal contact_normal(const TetOverlap& overlap, const OrientedTet& a, const OrientedTet& b,
+                             std::uint8_t exterior_a, std::uint8_t exterior_b) {
   // Why exterior faces only: the faces between the tets of one body are cuts that the mesher chose. They bound the
   // overlap of two *tets* but not that of the two *bodies*; their normals point along the surface and would let a flat
   // contact push sideways. Summed over all pairs they cancel, pair by pair they do not.
@@ -170,18 +172,24 @@ Vec3 contact_normal(const TetOverlap& overlap, const OrientedTet& a, const Orien
   // the overlap, and swapping the two bodies gives exactly the opposite force.
   const double area_a = r_a.norm(), area_b = r_b.norm();
   const double face = std::cbrt(overlap.volume * overlap.volume);
-  if (area_a + area_b > 1e-3 * face) return (area_a * r_a + area_b * r_b) / (area_a + area_b);
+  double widest = 0;
+  for (const Vec3& area : overlap.face_area) widest = std::max(widest, area.norm());
+  Vec3 r = (area_a * r_a + area_b * r_b) / std::max(area_a + area_b, 1e-300);
+  // A thin overlap parts across its width. Where the surface has a share of its rim only, as under the side faces of a
+  // block that rests on another, r would push along it: V/|r| then is a length of the overlap, not its depth.
+  if (r.norm() > kRim * widest) return {r, true};
+  if (area_a + area_b > 1e-3 * face) return {r, false};
 
   // No surface takes part: deep overlap. All faces of the first, as printed in the paper ...
-  Vec3 r = Vec3::Zero();
+  r.setZero();
   for (int k = 0; k < 4; ++k) r -= overlap.face_area[k];
-  if (r.norm() > 1e-3 * face) return r;
+  if (r.norm() > 1e-3 * face) return {r, false};
   // ... and if one tet lies wholly inside the other these cancel too: out through the nearest face of the surface.
   double distance = std::numeric_limits<double>::infinity();
   const Vec3 from_a = nearest_exterior_normal(a, exterior_a, overlap.centroid, distance);
   const double distance_a = distance;
   const Vec3 from_b = nearest_exterior_normal(b, exterior_b, overlap.centroid, distance);
-  return face * (distance < distance_a ? from_b : Vec3(-from_a));
+  return {face * (distance < distance_a ? from_b : Vec3(-from_a)), false};
 }
 
 HalfSpaceOverlap overlap(const OrientedTet& tet, const Vec3& normal, double offset) {

@@ -33,11 +33,14 @@ struct TetOverlap {
 // Both volumes > 0.
 TetOverlap overlap(const OrientedTet& a, const OrientedTet& b);
 
-// r: the direction in which `a` is pushed out of `b`, times the contact's area [m^2]: area-weighted normals of the faces
-// contributed by one of the two, here only of faces in the exterior masks (bit k: face opposite node k is a face of the
-// body's surface). overlap(b, a) gives -r.
-Vec3 contact_normal(const TetOverlap& overlap, const OrientedTet& a, const OrientedTet& b, std::uint8_t exterior_a,
-                    std::uint8_t exterior_b);
+struct ContactNormal {
+  Vec3 r;             // direction in which the first tet is pushed, times the contact's area [m^2]
+  bool from_surface;  // false: no face of the surface bounds the overlap, or only at its rim: r is a fallback
+};
+// Area-weighted normals of the faces contributed by one of the two, here only of faces in the exterior masks (bit k: the
+// face opposite node k belongs to the body's surface). Swapping the two gives -r.
+ContactNormal contact_normal(const TetOverlap& overlap, const OrientedTet& a, const OrientedTet& b,
+                             std::uint8_t exterior_a, std::uint8_t exterior_b);
 
 struct HalfSpaceOverlap {
   double volume = 0;  // of the part below the plane [m^3]; 0: none, the rest is unset

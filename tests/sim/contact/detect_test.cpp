@@ -52,13 +52,12 @@ TEST(Detect, BodyThatWillReachThePlaneMayCloseItsGapAndNoMore) {
     EXPECT_EQ(row.sides[1].body, 1);  // the plane
     EXPECT_EQ(row.sides[0].node_count, 4);
     EXPECT_LT(row.depth, 0);
-    EXPECT_NEAR(row.target, row.depth * 60, 1e-12);
-    if (row.area < 0.01) continue;  // tets that reach the plane with an edge or a corner only
-    flat_area += row.area;
-    EXPECT_NEAR(row.target, -0.6, 0.03);  // 10 mm in a step
+    EXPECT_NEAR(row.depth, -0.01, 1e-12);
+    EXPECT_NEAR(row.target, -0.6, 1e-10);  // 10 mm in a step
     EXPECT_NEAR(row.c_n, 100 * 1000 * row.area, 1e-6 * row.c_n);
+    if (row.area > 0.05) flat_area += row.area;  // not tets that reach the plane with an edge or a corner only
   }
-  EXPECT_NEAR(flat_area, 1, 0.05);
+  EXPECT_NEAR(flat_area, 1, 0.1);  // they taper
   EXPECT_EQ(deepest(rows), 0);
 }
 
@@ -69,12 +68,10 @@ TEST(Detect, OverlapIsTakenBackOverTauAtABoundedSpeed) {
     const std::vector<CollisionPlane> planes{{}};
     const std::vector<ContactRow> rows = detect(input_of(bodies, planes), kOneThread);
     ASSERT_FALSE(rows.empty());
-    double largest = 0;
     for (const ContactRow& row : rows) {
-      EXPECT_NEAR(row.target, std::min(row.depth * 60 / 4, 1.0), 1e-9);
-      if (row.area > 0.05) largest = std::max(largest, row.target);
+      EXPECT_NEAR(row.depth, depth, 1e-12);
+      EXPECT_NEAR(row.target, depth == 0.02 ? 0.3 : 1, 1e-10);
     }
-    EXPECT_NEAR(largest, depth == 0.02 ? 0.3 : 1, 0.02);  // tets taper: V/A is a little off the depth
   }
 }
 

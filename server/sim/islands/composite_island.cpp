@@ -1,0 +1,238 @@
+#include "server/sim/islands/composite_island.h"
+
+#include "server/sim/linear_solver/block_jacobi.h"
+
+#include <algorithm>
+#include <cassert>
+#include <functional>
+#include <numeric>
+
+namespace crumple::sim::islands {
+namespace {
+
+using contact::ContactRow;
+using contact::ContactRows;
+using contact::ContactSide;
+using Eigen::VectorXd;
+
+int root(std::vector<int>& parent, int i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+bool has_unknowns(const ContactSide& side) { return side.node_count > 0 || side.rigid; }
+
+// Whether momentum leaves the island through the row.
+bool is_anchored(const ContactRow& row) {
+  return std::ranges::any_of(row.sides, [](const ContactSide& s) { return !s.rigid && s.node_count < 4; });
+}
+
+// The island's matrix without contact, its right-hand side and its layout.
+class System {
+ public:
+  System(const CompositeIsland& island, std::span<const IslandBody> bodies) : island_(island), bodies_(bodies) {
+    first_block_.assign(bodies.size(), -1);
+    for (const int body : island.soft) {
+      first_block_[body] = blocks_;
+      blocks_ += bodies[body].system->node_count();
+    }
+    for (const int body : island.rigid) {
+      first_block_[body] = blocks_;
+      blocks_ += 2;
+    }
+  }
+
+  int blocks() const { return blocks_; }
+  std::span<const int> first_block() const { return first_block_; }
+
+  void fill(VectorXd& b, VectorXd& x) const {
+    b.resize(3 * blocks_);
+    x.resize(3 * blocks_);
+    for (const int body : island_.soft) {
+      const fem::StepSystem& s = *bodies_[body].system;
+      b.segment(3 * first_block_[body], s.b.size()) = s.b;
+      x.segment(3 * first_block_[body], s.b.size()) = s.guess;
+    }
+    for (const int body : island_.rigid) {
+      const RigidPart& part = *bodies_[body].rigid;
+      b.segment<6>(3 * first_block_[body]) << part.b_v, part.b_w;
+      x.segment<6>(3 * first_block_[body]) << part.v, part.w;
+    }
+  }
+
+  void multiply(const VectorXd& x, VectorXd& y, const ThreadPool& pool) const {
+    for (const int body : island_.soft) {
+      const fem::StepSystem& s = *bodies_[body].system;
+      const int begin = 3 * first_block_[body], size = 3 * s.node_count();
+      s.multiply(x.segment(begin, size), y.segment(begin, size), pool);
+    }
+    for (const int body : island_.rigid) {
+      const RigidPart& part = *bodies_[body].rigid;
+      const int begin = 3 * first_block_[body];
+      y.segment<3>(begin) = part.mass * x.segment<3>(begin);
+      y.segment<3>(begin + 3) = part.inertia_W * x.segment<3>(begin + 3);
+    }
+  }
+
+  void fill_diagonal(std::vector<Mat3>& diagonal) const {
+    diagonal.clear();
+    for (const int body : island_.soft) {
+      const std::vector<Mat3>& own = bodies_[body].system->diagonal();
+      diagonal.insert(diagonal.end(), own.begin(), own.end());
+    }
+    for (const int body : island_.rigid) {
+      diagonal.push_back(bodies_[body].rigid->mass * Mat3::Identity());
+      diagonal.push_back(bodies_[body].rigid->inertia_W);
+    }
+  }
+
+  bool anything_fixed() const {
+    if (std::ranges::any_of(island_.soft, [&](int body) { return bodies_[body].system->any_prescribed; })) return true;
+    return std::ranges::any_of(island_.rows, [](const ContactRow& row) { return row.active && is_anchored(row); });
+  }
+
+  // Adds the one velocity that makes the sum of all equations of motion hold. Elastic and contact terms of a free island
+  // sum to zero, and see nothing of a common velocity: the rows' impulses stay what they are.
+  void remove_net_momentum_error(VectorXd& x, const VectorXd& b) const {
+    Vec3 missing = Vec3::Zero();
+    double mass = 0;
+    const auto balance = [&](int block, double m) {
+      missing += b.segment<3>(3 * block) - m * x.segment<3>(3 * block);
+      mass += m;
+    };
+    for (const int body : island_.soft) {
+      const std::vector<double>& m = bodies_[body].system->row_mass;
+      for (int i = 0; i < static_cast<int>(m.size()); ++i) balance(first_block_[body] + i, m[i]);
+    }
+    for (const int body : island_.rigid) balance(first_block_[body], bodies_[body].rigid->mass);
+    const Vec3 dv = missing / mass;
+    for (const int body : island_.soft)
+      for (int i = 0; i < bodies_[body].system->node_count(); ++i) x.segment<3>(3 * (first_block_[body] + i)) += dv;
+    for (const int body : island_.rigid) x.segment<3>(3 * first_block_[body]) += dv;
+  }
+
+ private:
+  const CompositeIsland& island_;
+  std::span<const IslandBody> bodies_;
+  std::vector<int> first_block_;  // by body, -1 outside the island
+  int blocks_ = 0;
+};
+
+// One solve with the rows as they stand.
+linear_solver::SolveReport solve_pass(const System& system, const ContactRows& rows, const VectorXd& b_without_rows,
+                                      const linear_solver::SolveOptions& options, linear_solver::CgWorkspace& workspace,
+                                      VectorXd& x, const ThreadPool& pool) {
+  VectorXd b = b_without_rows;
+  rows.add_to_rhs(b);
+  std::vector<Mat3> diagonal;
+  system.fill_diagonal(diagonal);
+  rows.add_to_diagonal(diagonal);
+  linear_solver::BlockJacobi jacobi;
+  jacobi.assign(diagonal);
+  jacobi.invert(pool);
+  const auto apply = [&](const VectorXd& in, VectorXd& out) {
+    system.multiply(in, out, pool);
+    rows.apply_add(in, out, pool);
+  };
+  const auto precondition = [&](const VectorXd& in, VectorXd& out) { jacobi.apply(in, out, pool); };
+  return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options, workspace, pool);
+}
+
+void gather_rigid_outcome(const CompositeIsland& island, std::span<const int> first_block, IslandSolution& solution) {
+  for (const int body : island.rigid) {
+    const int begin = 3 * first_block[body];
+    solution.rigid.push_back({body, solution.velocity.segment<3>(begin), solution.velocity.segment<3>(begin + 3)});
+  }
+  for (const ContactRow& row : island.rows) {
+    if (!row.active) continue;
+    const auto& [a, b] = row.sides;
+    if (a.rigid) solution.impulses.push_back({a.body, row.point, row.impulse(), b.body});
+    if (b.rigid) solution.impulses.push_back({b.body, row.point, -row.impulse(), a.body});
+  }
+}
+
+}  // namespace
+
+std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodies, std::vector<ContactRow> rows) {
+  const int count = static_cast<int>(bodies.size());
+  std::vector<int> parent(count);
+  std::iota(parent.begin(), parent.end(), 0);
+  for (const ContactRow& row : rows) {
+    if (!has_unknowns(row.sides[0]) || !has_unknowns(row.sides[1])) continue;
+    const int a = root(parent, row.sides[0].body), b = root(parent, row.sides[1].body);
+    parent[std::max(a, b)] = std::min(a, b);
+  }
+
+  std::vector<CompositeIsland> islands;
+  std::vector<int> island_of_root(count, -1);
+  const auto island_of = [&](int body) -> CompositeIsland& { return islands[island_of_root[root(parent, body)]]; };
+  for (int body = 0; body < count; ++body) {
+    if (bodies[body].system == nullptr) continue;
+    int& island = island_of_root[root(parent, body)];
+    if (island < 0) {
+      island = static_cast<int>(islands.size());
+      islands.emplace_back();
+    }
+    islands[island].soft.push_back(body);
+  }
+  // A row has at least one soft side, so a rigid body is in an island exactly if a row touches it.
+  for (int body = 0; body < count; ++body)
+    if (bodies[body].rigid && island_of_root[root(parent, body)] >= 0) island_of(body).rigid.push_back(body);
+  for (ContactRow& row : rows) {
+    const int side = has_unknowns(row.sides[0]) ? 0 : 1;
+    if (has_unknowns(row.sides[side])) island_of(row.sides[side].body).rows.push_back(row);
+  }
+  return islands;
+}
+
+IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies, const IslandOptions& options,
+                     const contact::FrictionMemory& memory, const ThreadPool& pool) {
+  assert(options.passes >= 1);
+  const System system(island, bodies);
+  ContactRows rows(island.rows, system.first_block(), system.blocks());
+  IslandSolution solution;
+  VectorXd& x = solution.velocity;
+  VectorXd b;
+  system.fill(b, x);
+  for (const int body : island.soft) solution.soft_start.push_back(3 * system.first_block()[body]);
+  solution.soft_start.push_back(3 * (system.blocks() - 2 * static_cast<int>(island.rigid.size())));
+
+  linear_solver::CgWorkspace workspace;
+  workspace.resize(x.size());
+  const VectorXd start = x;
+  for (int k = 0; k < rows.size(); ++k)
+    contact::start_row(memory, rows.relative_velocity(k, start), options.may_pull, island.rows[k]);
+  std::vector<Vec3> u(rows.size());
+  for (bool differs = true; differs && solution.passes < options.passes;) {
+    ++solution.passes;
+    rows.refresh();
+    const linear_solver::SolveReport report = solve_pass(system, rows, b, options.solve, workspace, x, pool);
+    solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};
+    if (solution.passes == options.passes) break;
+    for (int k = 0; k < rows.size(); ++k) u[k] = rows.relative_velocity(k, x);
+    differs = contact::refresh_rows(island.rows, u, options.may_pull);
+  }
+  solution.finite = b.allFinite() && x.allFinite();
+  if (!solution.finite) x = start;
+
+  for (int k = 0; k < rows.size(); ++k) contact::set_outcome(island.rows[k], rows.relative_velocity(k, x));
+  if (solution.finite && !system.anything_fixed()) system.remove_net_momentum_error(x, b);
+  gather_rigid_outcome(island, system.first_block(), solution);
+  return solution;
+}
+
+std::vector<IslandSolution> solve_all(std::span<CompositeIsland> islands, std::span<const IslandBody> bodies,
+                                      std::span<const IslandOptions> options, contact::FrictionMemory& memory,
+                                      const ThreadPool& pool) {
+  assert(options.size() == islands.size());
+  std::vector<IslandSolution> solutions(islands.size());
+  pool.for_chunks(static_cast<int>(islands.size()), 1, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) solutions[k] = solve(islands[k], bodies, options[k], memory, pool);
+  });
+  memory.entries.clear();
+  for (const CompositeIsland& island : islands) contact::remember_friction(island.rows, memory);
+  contact::sort(memory);
+  return solutions;
+}
+
+}  // namespace crumple::sim::islands

@@ -1,0 +1,89 @@
+#pragma once
+
+#include "server/sim/contact/contact_rows.h"
+#include "server/sim/contact/friction.h"
+#include "server/sim/fem/assembly.h"
+#include "server/sim/linear_solver/conjugate_gradient.h"
+
+#include <optional>
+#include <span>
+#include <vector>
+
+// Bodies in contact form composite islands, each one linear system [Parker & O'Brien 2009, section 4]. Unlike in the
+// paper's section 7, a rigid body that touches a soft one is part of the system, as six more unknowns, instead of
+// alternating with it (DESIGN decision 5): heavy bodies can rest on soft ones and the other way round.
+namespace crumple::sim::islands {
+
+// A movable rigid body. Its equations are m v+ = b_v + contact, I w+ = b_w + contact.
+struct RigidPart {
+  double mass = 0;                      // [kg]
+  Mat3 inertia_W = Mat3::Identity();    // about the centre of mass, world axes [kg m^2]
+  Vec3 v = Vec3::Zero();                // before the step: where the solve starts [m/s]
+  Vec3 w = Vec3::Zero();                // [rad/s]
+  Vec3 b_v = Vec3::Zero();              // m v + dt f, gravity and all [N s]
+  Vec3 b_w = Vec3::Zero();              // I w + dt torque [N m s]
+};
+
+// A body by its index in detection: soft (`system`, assembled for this step), movable rigid (`rigid`), or neither.
+struct IslandBody {
+  const fem::StepSystem* system = nullptr;  // borrowed
+  std::optional<RigidPart> rigid;
+};
+
+struct CompositeIsland {
+  std::vector<int> soft, rigid;             // bodies, ascending
+  std::vector<contact::ContactRow> rows;    // in the order of detection
+};
+
+// Every soft body is in exactly one island, every movable rigid body that touches a soft one too. Fixed bodies and planes
+// join nothing: what only shares the ground solves apart. Islands are ordered by their first soft body.
+std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodies, std::vector<contact::ContactRow> rows);
+
+struct IslandOptions {
+  linear_solver::SolveOptions solve;
+  int passes = 2;          // >= 1; a further pass is made only if it would differ
+  bool may_pull = false;   // the paper's raw damping: rows resist parting, too
+};
+
+struct RigidVelocity {
+  int body;
+  Vec3 v, w;  // at the end of the step, other rigid bodies disregarded
+};
+
+// An impulse of contact on a movable rigid body, for the rigid room to apply.
+struct ContactImpulse {
+  int body;
+  Vec3 point_W;    // [m]
+  Vec3 impulse_W;  // [N s]
+  int other;       // body or plane that it comes from, as in detection
+};
+
+struct IslandSolution {
+  // Iterations over all passes; residual and convergence of the last one.
+  linear_solver::SolveReport report;
+  int passes = 0;
+  bool finite = true;                    // false: bad input (velocities, forces); velocities are those of the start
+  Eigen::VectorXd velocity;              // 3 a block: nodes of island.soft in order, then v and w of island.rigid
+  std::vector<int> soft_start;           // of each body of island.soft in `velocity`, and one more [scalars]
+  std::vector<RigidVelocity> rigid;
+  std::vector<ContactImpulse> impulses;  // in the order of rows
+
+  // New velocities of the k-th soft body of the island: 3n, node-major [m/s].
+  Eigen::Map<const Eigen::VectorXd> soft_velocity(int k) const {
+    return {velocity.data() + soft_start[k], soft_start[k + 1] - soft_start[k]};
+  }
+};
+
+// Solves one island: conjugate gradients from the velocities before the step, contact rows applied matrix-free, block
+// diagonal of system and rows as preconditioner. After each pass rows that would pull are dropped and friction is
+// bounded; the next pass starts from where it ended. island.rows have their outcome afterwards (lambda_n, lambda_t).
+// Where nothing is fixed the net momentum error of the solve is taken out again. memory: of the last step.
+IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies, const IslandOptions& options,
+                     const contact::FrictionMemory& memory, const ThreadPool& pool);
+
+// All islands, several at a time; carries friction in and out of `memory`. options: one per island.
+std::vector<IslandSolution> solve_all(std::span<CompositeIsland> islands, std::span<const IslandBody> bodies,
+                                      std::span<const IslandOptions> options, contact::FrictionMemory& memory,
+                                      const ThreadPool& pool);
+
+}  // namespace crumple::sim::islands
