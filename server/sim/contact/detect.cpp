@@ -26,7 +26,14 @@ struct Unit {
   Box3 box;
   double mass;                   // infinite if immovable
   std::vector<Box3> tet_boxes;   // of its boundary tets, if it is near another unit
+  Vec3 move = Vec3::Zero();      // mean displacement in the step [m]
+  double diagonal = 0;           // of its box at the end of the step [m]
+  bool fast = false;             // boxes then hold the whole way from the start of the step
 };
+
+// The paper's rule for fast bodies (section 6): they are looked at at every sixth of their diagonal on their way.
+constexpr double kFastPart = 1.0 / 6;
+constexpr int kMaxSamples = 16;
 
 struct Detector {
   const DetectionInput& in;
@@ -41,15 +48,22 @@ struct Detector {
     X << x[t.nodes[0]], x[t.nodes[1]], x[t.nodes[2]], x[t.nodes[3]];
     return X;
   }
+  // Part s of the step's way from the start.
+  Mat34 nodes_at(const Unit& unit, const CollisionTet& t, double s) const {
+    if (s == 1) return nodes(unit, t);
+    return (1 - s) * at_start(unit, t) + s * nodes(unit, t);
+  }
 
   void place(int body);
   void add_units(int body);
   bool may_meet(const Unit& a, const Unit& b) const;
   void fill_tet_boxes(Unit& unit) const;
+  int samples(const Unit& a, const Unit& b) const;
   void meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
+  void meet_at(double s, const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
   void meet(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
   Vec3 add_side(ContactRow& row, int side, const Unit& unit, const CollisionTet& t, const Eigen::Vector4d& b) const;
-  void finish(ContactRow& row, const Vec3& u, double depth, double mass, double volume) const;
+  void finish(ContactRow& row, const Vec3& u, double s, double depth, double mass, double volume) const;
   Mat34 at_start(const Unit& unit, const CollisionTet& t) const;
   void turn_back(ContactRow& row, const Vec3& u, const Mat34& a, const Mat34& b) const;
 };
@@ -80,10 +94,18 @@ void Detector::add_units(int body) {
     for (int k = component.begin; k < component.end; ++k)
       for (const int node : source.mesh->tets[k].nodes) {
         unit.box.extend(placed[body].x[node]);
+        unit.move += placed[body].x[node] - source.x[node];
         if (!source.rigid) free = free || source.fixed.empty() || !source.fixed[node];
       }
     if (source.rigid) unit.mass = source.rigid->mass;
     if (!free) unit.mass = kInfinity;
+    unit.move /= std::max(1, 4 * (component.end - component.begin));
+    unit.diagonal = unit.box.isEmpty() ? 0 : unit.box.diagonal().norm();
+    unit.fast = !in.settings.raw_damping && unit.move.norm() > kFastPart * unit.diagonal;
+    if (unit.fast) {
+      for (int k = component.begin; k < component.end; ++k)
+        for (const int node : source.mesh->tets[k].nodes) unit.box.extend(source.x[node]);
+    }
     units.push_back(std::move(unit));
   }
 }
@@ -98,6 +120,9 @@ void Detector::fill_tet_boxes(Unit& unit) const {
   for (int k = unit.component->begin; k < unit.component->boundary_end; ++k) {
     const Mat34 x = nodes(unit, tet(unit, k));
     unit.tet_boxes.emplace_back(x.rowwise().minCoeff(), x.rowwise().maxCoeff());
+    if (!unit.fast) continue;
+    const Mat34 start = at_start(unit, tet(unit, k));
+    unit.tet_boxes.back().extend(Vec3(start.rowwise().minCoeff())).extend(Vec3(start.rowwise().maxCoeff()));
   }
 }
 
@@ -111,13 +136,14 @@ struct Near {
   std::vector<Box3> boxes;
   std::vector<OrientedTet> shapes;
 
-  Near(const Detector& d, const Unit& unit, const Box3& zone) {
+  Near(const Detector& d, const Unit& unit, const Box3& zone, double s) {
     const int begin = unit.component->begin;
     for (int k = 0; k < static_cast<int>(unit.tet_boxes.size()); ++k) {
       if (!unit.tet_boxes[k].intersects(zone)) continue;
+      const Mat34 x = d.nodes_at(unit, d.tet(unit, begin + k), s);
       tets.push_back(begin + k);
-      boxes.push_back(unit.tet_boxes[k]);
-      shapes.push_back(orient(d.nodes(unit, d.tet(unit, begin + k))));
+      boxes.emplace_back(x.rowwise().minCoeff(), x.rowwise().maxCoeff());
+      shapes.push_back(orient(x));
     }
   }
 };
@@ -137,9 +163,21 @@ void number_pairs(std::span<ContactRow> rows) {
 
 double reduced_mass(double a, double b) { return a == kInfinity ? b : b == kInfinity ? a : a * b / (a + b); }
 
+int Detector::samples(const Unit& a, const Unit& b) const {
+  if (!a.fast && !b.fast) return 1;
+  const double way = (a.move - b.move).norm(), size = std::min(a.diagonal, b.diagonal);
+  return std::clamp(static_cast<int>(std::ceil(way / std::max(kFastPart * size, 1e-12))), 1, kMaxSamples);
+}
+
 void Detector::meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const {
+  const int count = samples(a, b);
+  for (int k = 1; k <= count && rows.empty(); ++k) meet_at(static_cast<double>(k) / count, a, b, rows);
+}
+
+// Contact at part s of the step's way.
+void Detector::meet_at(double s, const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const {
   const Box3 zone = a.box.intersection(b.box);
-  const Near near_a(*this, a, zone), near_b(*this, b, zone);
+  const Near near_a(*this, a, zone, s), near_b(*this, b, zone, s);
   std::vector<IndexPair> pairs;
   sweep_and_prune(near_a.boxes, near_b.boxes, pairs);
 
@@ -163,7 +201,7 @@ void Detector::meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows)
     row.friction = std::sqrt(in.bodies[a.body].friction * in.bodies[b.body].friction);
     const Vec3 u = add_side(row, 0, a, tet_a, barycentric(shape_a, row.point)) +
                    add_side(row, 1, b, tet_b, barycentric(shape_b, row.point));
-    finish(row, u, overlap_depth(common.volume, row.area), mass, std::min(volume_a, volume_b));
+    finish(row, u, s, overlap_depth(common.volume, row.area), mass, std::min(volume_a, volume_b));
     if (!in.settings.raw_damping) turn_back(row, u, at_start(a, tet_a), at_start(b, tet_b));
     (normal.from_surface ? rows : buried).push_back(row);
   }
@@ -198,7 +236,7 @@ void Detector::meet(const Unit& unit, int plane, std::vector<ContactRow>& rows) 
     row.friction = std::sqrt(in.bodies[unit.body].friction * half_space.friction);
     row.sides[1].body = static_cast<int>(in.bodies.size()) + plane;
     const Vec3 u = add_side(row, 0, unit, t, barycentric(shape, row.point));
-    finish(row, u, depth, unit.mass, unit.component->volume);
+    finish(row, u, 1, depth, unit.mass, unit.component->volume);
     rows.push_back(row);
   }
   share_mass(unit.mass, std::span(rows).subspan(first));
@@ -232,7 +270,7 @@ Vec3 Detector::add_side(ContactRow& row, int side, const Unit& unit, const Colli
   return came;
 }
 
-void Detector::finish(ContactRow& row, const Vec3& u, double depth, double mass, double volume) const {
+void Detector::finish(ContactRow& row, const Vec3& u, double s, double depth, double mass, double volume) const {
   const ContactSettings& settings = in.settings;
   if (settings.raw_damping) {
     row.depth = depth;
@@ -240,7 +278,7 @@ void Detector::finish(ContactRow& row, const Vec3& u, double depth, double mass,
     row.target = 0;
     return;
   }
-  row.depth = depth + in.dt * row.normal.dot(u);
+  row.depth = depth + s * in.dt * row.normal.dot(u);
   row.c_n = settings.kappa * mass * row.area / std::cbrt(volume * volume);
   const double tau = settings.recovery_steps * in.dt;
   row.target = row.depth < 0 ? row.depth / in.dt : std::min(row.depth / tau, settings.max_recovery_speed);
