@@ -31,12 +31,6 @@ std::vector<std::int8_t> alignment_signs(std::span<const Quat> q) {
   return signs;
 }
 
-Vec4 guarded(const Vec4& Q, const Vec4& q_rest) {
-  const double norm2 = Q.squaredNorm();
-  if (norm2 >= kMinBlendNorm * kMinBlendNorm) return Q;
-  return Q + (kMinBlendNorm - std::sqrt(norm2)) * q_rest;
-}
-
 Vec4 guarded_derivative(const Vec4& Q, const Vec4& q_rest, const Vec4& p) {
   const double norm2 = Q.squaredNorm();
   if (norm2 >= kMinBlendNorm * kMinBlendNorm || norm2 == 0) return p;

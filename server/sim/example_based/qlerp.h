@@ -2,6 +2,7 @@
 
 #include "common/types.h"
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -25,7 +26,13 @@ std::vector<std::int8_t> alignment_signs(std::span<const Quat> q);
 // Q, or Q + (kMinBlendNorm - |Q|) q_rest where |Q| is less. Continuous in Q. Aligned poses and weights >= 0 give
 // Q . q_rest >= 0, so the result is never shorter than kMinBlendNorm / sqrt(2): no blend divides by zero, not even of
 // opposite half turns. Authors should keep each bone within 180 degrees of its rest pose and add a bone between.
-Vec4 guarded(const Vec4& Q, const Vec4& q_rest);
+// (Inline: it stands in the innermost loop of skinning, which keeps its sums in registers.)
+inline Vec4 guarded(const Vec4& Q, const Vec4& q_rest) {
+  const double norm2 = Q.squaredNorm();
+  if (norm2 >= kMinBlendNorm * kMinBlendNorm) [[likely]]
+    return Q;
+  return Q + (kMinBlendNorm - std::sqrt(norm2)) * q_rest;
+}
 
 // Derivative of `guarded` along p; at Q = 0, where it has none, that of the unguarded blend.
 Vec4 guarded_derivative(const Vec4& Q, const Vec4& q_rest, const Vec4& p);
