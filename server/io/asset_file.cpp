@@ -25,7 +25,8 @@ void put(std::string& out, std::uint64_t value, int bytes) {
 
 std::uint64_t get(std::string_view in, std::size_t at, int bytes) {
   std::uint64_t value = 0;
-  for (int i = bytes - 1; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(in[at + static_cast<std::size_t>(i)]);
+  for (int i = bytes - 1; i >= 0; --i)
+    value = value << 8 | static_cast<unsigned char>(in[at + static_cast<std::size_t>(i)]);
   return value;
 }
 
@@ -50,8 +51,8 @@ Result<void> parse_binary(std::string_view bytes, v1::Asset& message) {
     return invalid("", "has format version " + std::to_string(version) + ", must have " + std::to_string(kVersion));
   const std::string_view payload = bytes.substr(kHeaderBytes);
   if (payload.size() != size)
-    return invalid("", "holds " + std::to_string(payload.size()) + " bytes after its header, must hold " +
-                           std::to_string(size));
+    return invalid(
+        "", "holds " + std::to_string(payload.size()) + " bytes after its header, must hold " + std::to_string(size));
   if (crc32(payload) != crc) return invalid("", "is damaged: its checksum does not match");
   if (!message.ParseFromArray(payload.data(), static_cast<int>(payload.size())))
     return invalid("", "is damaged: its content is not an asset");
@@ -66,10 +67,14 @@ Result<Asset> to_asset(const v1::Asset& message) {
     return std::move(asset);
   };
   switch (message.content_case()) {
-    case v1::Asset::kTetMesh: return set(scene_convert::to_tet_mesh(message.tet_mesh(), "tet_mesh"));
-    case v1::Asset::kSurface: return set(scene_convert::to_surface_mesh(message.surface(), "surface"));
-    case v1::Asset::kExamples: return set(scene_convert::to_example_set(message.examples(), "examples"));
-    case v1::Asset::CONTENT_NOT_SET: break;
+    case v1::Asset::kTetMesh:
+      return set(scene_convert::to_tet_mesh(message.tet_mesh(), "tet_mesh"));
+    case v1::Asset::kSurface:
+      return set(scene_convert::to_surface_mesh(message.surface(), "surface"));
+    case v1::Asset::kExamples:
+      return set(scene_convert::to_example_set(message.examples(), "examples"));
+    case v1::Asset::CONTENT_NOT_SET:
+      break;
   }
   return invalid("", "holds nothing, must hold one of tet_mesh, surface, examples");
 }

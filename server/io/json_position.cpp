@@ -34,8 +34,10 @@ class Cursor {
     int depth = 0;
     do {
       const char c = next();
-      if (c == '"') skip_string();
-      else skip_char();
+      if (c == '"')
+        skip_string();
+      else
+        skip_char();
       if (c == '{' || c == '[') ++depth;
       if (c == '}' || c == ']') --depth;
       if (c == '\0') return;

@@ -90,15 +90,22 @@ std::string expected(const FieldDescriptor* field) {
   if (!field) return "a value of the field's type";
   switch (field->cpp_type()) {
     case FieldDescriptor::CPPTYPE_INT32:
-    case FieldDescriptor::CPPTYPE_INT64: return "an integer";
+    case FieldDescriptor::CPPTYPE_INT64:
+      return "an integer";
     case FieldDescriptor::CPPTYPE_UINT32:
-    case FieldDescriptor::CPPTYPE_UINT64: return "an integer that is not negative";
+    case FieldDescriptor::CPPTYPE_UINT64:
+      return "an integer that is not negative";
     case FieldDescriptor::CPPTYPE_FLOAT:
-    case FieldDescriptor::CPPTYPE_DOUBLE: return "a number";
-    case FieldDescriptor::CPPTYPE_BOOL: return "true or false";
-    case FieldDescriptor::CPPTYPE_STRING: return "a string";
-    case FieldDescriptor::CPPTYPE_ENUM: return "one of " + enum_names(*field);
-    case FieldDescriptor::CPPTYPE_MESSAGE: return field->is_repeated() ? "a list of objects {...}" : "an object {...}";
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      return "a number";
+    case FieldDescriptor::CPPTYPE_BOOL:
+      return "true or false";
+    case FieldDescriptor::CPPTYPE_STRING:
+      return "a string";
+    case FieldDescriptor::CPPTYPE_ENUM:
+      return "one of " + enum_names(*field);
+    case FieldDescriptor::CPPTYPE_MESSAGE:
+      return field->is_repeated() ? "a list of objects {...}" : "an object {...}";
   }
   return "a value of the field's type";
 }
@@ -129,7 +136,8 @@ Error in_our_words(const std::string& said, const Descriptor* type) {
     error.field += (error.field.empty() ? "" : ".") + given.substr(open + 12, end - open - 12);
     const std::string group = given.substr(13, given.find('\'', 13) - 13);
     find_field(type, error.field);
-    error.message = group.starts_with("_") ? "is given twice" : "is given beside another " + group + ", must be given alone";
+    error.message =
+        group.starts_with("_") ? "is given twice" : "is given beside another " + group + ", must be given alone";
     return error;
   }
   const FieldDescriptor* field = find_field(type, error.field);

@@ -11,9 +11,9 @@ namespace crumple::io {
 
 // Reads protobuf JSON into `message`. Stricter than protobuf: no trailing
 // commas, no field twice.
-// Errors: malformed text (line and column), nesting deeper than 100, an unknown field, a field given twice, a value of another type, a member of
-// a oneof beside another, an unknown enum name; the field's path and the value and rule in words. Of a file, its name
-// and the line are added: see with_line().
+// Errors: malformed text (line and column), nesting deeper than 100, an unknown field, a field given twice, a value of
+// another type, a member of a oneof beside another, an unknown enum name; the field's path and the value and rule in
+// words. Of a file, its name and the line are added: see with_line().
 Result<void> parse_json(std::string_view json, google::protobuf::Message& message);
 
 // Indented, field names as in the .proto.

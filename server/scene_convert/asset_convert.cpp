@@ -19,8 +19,8 @@ using sim::example_based::ExampleSet;
 
 Result<void> whole(int size, int stride, const std::string& field, const char* entity) {
   if (size % stride == 0) return {};
-  return invalid(field, "has " + std::to_string(size) + " numbers, must have " + std::to_string(stride) + " a " +
-                            entity);
+  return invalid(field,
+                 "has " + std::to_string(size) + " numbers, must have " + std::to_string(stride) + " a " + entity);
 }
 
 std::vector<Vec3> to_points(const RepeatedField<double>& flat) {
@@ -92,9 +92,10 @@ Result<sim::TetMesh> to_tet_mesh(const v1::TetMesh& message, const std::string& 
   if (message.tets_size() / 4 > sim::kMaxTets)  // before anything is allocated
     return invalid(field + ".tets", "holds " + std::to_string(message.tets_size() / 4) + " tets, must hold at most " +
                                         std::to_string(sim::kMaxTets));
-  return checked(sim::TetMesh{to_points(message.positions()), to_ids<4>(message.tets()),
-                              {message.fill().begin(), message.fill().end()}},
-                 field);
+  return checked(
+      sim::TetMesh{
+          to_points(message.positions()), to_ids<4>(message.tets()), {message.fill().begin(), message.fill().end()}},
+      field);
 }
 
 Result<sim::SurfaceMesh> to_surface_mesh(const v1::SurfaceMesh& message, const std::string& field) {

@@ -20,11 +20,14 @@ Result<sim::Command> checked(sim::Command command, const std::string& field) {
 
 Result<sim::Command> to_command(const v1::Command& message, const FindBody& find, const std::string& field) {
   switch (message.command_case()) {
-    case v1::Command::kApplyImpulse: return to_command(message.apply_impulse(), find, field + ".apply_impulse");
-    case v1::Command::kApplyForce: return to_command(message.apply_force(), find, field + ".apply_force");
+    case v1::Command::kApplyImpulse:
+      return to_command(message.apply_impulse(), find, field + ".apply_impulse");
+    case v1::Command::kApplyForce:
+      return to_command(message.apply_force(), find, field + ".apply_force");
     case v1::Command::kApplyNodeImpulse:
       return to_command(message.apply_node_impulse(), find, field + ".apply_node_impulse");
-    case v1::Command::COMMAND_NOT_SET: break;
+    case v1::Command::COMMAND_NOT_SET:
+      break;
   }
   return invalid(field, "is empty, must be one of apply_impulse, apply_force, apply_node_impulse");
 }
@@ -49,9 +52,9 @@ Result<sim::Command> to_command(const v1::ApplyForce& message, const FindBody& f
 Result<sim::Command> to_command(const v1::ApplyNodeImpulse& message, const FindBody& find, const std::string& field) {
   const Result<BodyId> body = to_body(message.body(), find, field);
   if (!body) return std::unexpected(body.error());
-  return checked(sim::ApplyNodeImpulse{*body, {message.nodes().begin(), message.nodes().end()},
-                                       to_vec3(message.impulse())},
-                 field);
+  return checked(
+      sim::ApplyNodeImpulse{*body, {message.nodes().begin(), message.nodes().end()}, to_vec3(message.impulse())},
+      field);
 }
 
 Result<sim::ScriptedCommand> to_scripted(const v1::ScriptedCommand& message, const FindBody& find,

@@ -44,12 +44,18 @@ ExampleSet make_default(const v1::DefaultAsset& m, const std::string& field, Con
 ExampleSet make_set(const v1::AssetSource& message, const std::string& field, Conversion& c) {
   using Source = v1::AssetSource;
   switch (message.source_case()) {
-    case Source::kFile: return c.value(c.files.examples(message.file()), field + ".file");
-    case Source::kBarrel: return make_barrel(message.barrel(), field + ".barrel", c);
-    case Source::kCar: return make_car(message.car(), field + ".car", c);
-    case Source::kDefaultRig: return make_default(message.default_rig(), field + ".default_rig", c);
-    case Source::kInlineAsset: return c.value(to_example_set(message.inline_asset(), field + ".inline_asset"), "");
-    case Source::SOURCE_NOT_SET: break;
+    case Source::kFile:
+      return c.value(c.files.examples(message.file()), field + ".file");
+    case Source::kBarrel:
+      return make_barrel(message.barrel(), field + ".barrel", c);
+    case Source::kCar:
+      return make_car(message.car(), field + ".car", c);
+    case Source::kDefaultRig:
+      return make_default(message.default_rig(), field + ".default_rig", c);
+    case Source::kInlineAsset:
+      return c.value(to_example_set(message.inline_asset(), field + ".inline_asset"), "");
+    case Source::SOURCE_NOT_SET:
+      break;
   }
   c.breach.require(false, field, "has no source, must be one of file, barrel, car, default_rig, inline_asset");
   return {};
@@ -66,9 +72,12 @@ std::shared_ptr<const ExampleSet> to_shared_set(const v1::AssetSource& message, 
 
 ExampleParameters::Step to_step(int step, const std::string& field, Conversion& c) {
   switch (step) {
-    case v1::ExampleParameters::EQUATION_8: return ExampleParameters::Step::equation8;
-    case v1::ExampleParameters::EQUATION_9: return ExampleParameters::Step::equation9;
-    case v1::ExampleParameters::EQUATION_10: return ExampleParameters::Step::equation10;
+    case v1::ExampleParameters::EQUATION_8:
+      return ExampleParameters::Step::equation8;
+    case v1::ExampleParameters::EQUATION_9:
+      return ExampleParameters::Step::equation9;
+    case v1::ExampleParameters::EQUATION_10:
+      return ExampleParameters::Step::equation10;
     default:
       c.breach.require(false, field, "is " + std::to_string(step) + ", must be EQUATION_8, EQUATION_9 or EQUATION_10");
   }

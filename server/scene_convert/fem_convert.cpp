@@ -9,9 +9,12 @@ namespace {
 
 sim::fem::RotationRule to_rotation_rule(int rule, const std::string& field, Conversion& c) {
   switch (rule) {
-    case v1::FemMaterial::SVD: return sim::fem::RotationRule::svd;
-    case v1::FemMaterial::POLAR_QR: return sim::fem::RotationRule::polar_qr;
-    default: c.breach.require(false, field, "is " + std::to_string(rule) + ", must be SVD or POLAR_QR");
+    case v1::FemMaterial::SVD:
+      return sim::fem::RotationRule::svd;
+    case v1::FemMaterial::POLAR_QR:
+      return sim::fem::RotationRule::polar_qr;
+    default:
+      c.breach.require(false, field, "is " + std::to_string(rule) + ", must be SVD or POLAR_QR");
   }
   return {};
 }
@@ -49,8 +52,8 @@ sim::FemModel to_fem(const v1::FemBody& message, const std::string& field, Conve
   for (int i = 0; c.breach.ok() && i < message.motions_size(); ++i) {
     const v1::NodeMotion& motion = message.motions(i);
     const std::string path = entry(field + ".motions", i);
-    model.motions.push_back({to_nodes(motion.nodes(), *model.mesh, path + ".nodes", c),
-                             to_keys(motion.keys(), path + ".keys", c)});
+    model.motions.push_back(
+        {to_nodes(motion.nodes(), *model.mesh, path + ".nodes", c), to_keys(motion.keys(), path + ".keys", c)});
   }
   if (message.has_render()) model.render = to_shared_surface(message.render(), field + ".render", c);
   return model;

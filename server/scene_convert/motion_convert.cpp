@@ -26,8 +26,10 @@ NodeBox bounding_box(const std::vector<Vec3>& X) {
 NodeBox face_slab(const NodeBox& bounds, std::size_t face) {
   NodeBox slab = bounds;
   const auto axis = static_cast<Eigen::Index>(face / 2);
-  if (face % 2 == 0) slab.max()[axis] = bounds.min()[axis];
-  else slab.min()[axis] = bounds.max()[axis];
+  if (face % 2 == 0)
+    slab.max()[axis] = bounds.min()[axis];
+  else
+    slab.min()[axis] = bounds.max()[axis];
   return slab;
 }
 
@@ -61,9 +63,9 @@ void mark_ids(const v1::NodeIds& ids, std::vector<char>& selected, const std::st
   for (int i = 0; c.breach.ok() && i < ids.ids_size(); ++i) {
     if (ids.ids(i) < 0 || ids.ids(i) >= n)
       c.breach.require(false, entry(field + ".ids", i),
-                       "is " + std::to_string(ids.ids(i)) + ", must be a node of the mesh, below " +
-                           std::to_string(n));
-    else selected[static_cast<std::size_t>(ids.ids(i))] = 1;
+                       "is " + std::to_string(ids.ids(i)) + ", must be a node of the mesh, below " + std::to_string(n));
+    else
+      selected[static_cast<std::size_t>(ids.ids(i))] = 1;
   }
 }
 
@@ -75,10 +77,14 @@ void mark(const v1::NodeSelection& selection, const NodeBox& bounds, const std::
     tolerance = selection.tolerance();
   }
   switch (selection.by_case()) {
-    case v1::NodeSelection::kBox: return mark_box(selection.box(), tolerance, X, selected, field + ".box", c);
-    case v1::NodeSelection::kFace: return mark_face(selection.face(), tolerance, bounds, X, selected, field + ".face", c);
-    case v1::NodeSelection::kIds: return mark_ids(selection.ids(), selected, field + ".ids", c);
-    case v1::NodeSelection::BY_NOT_SET: c.breach.require(false, field, "is empty, must be one of box, face, ids");
+    case v1::NodeSelection::kBox:
+      return mark_box(selection.box(), tolerance, X, selected, field + ".box", c);
+    case v1::NodeSelection::kFace:
+      return mark_face(selection.face(), tolerance, bounds, X, selected, field + ".face", c);
+    case v1::NodeSelection::kIds:
+      return mark_ids(selection.ids(), selected, field + ".ids", c);
+    case v1::NodeSelection::BY_NOT_SET:
+      c.breach.require(false, field, "is empty, must be one of box, face, ids");
   }
 }
 

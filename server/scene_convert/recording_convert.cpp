@@ -13,10 +13,18 @@ Result<RecordingSettings> to_recording(const v1::Recording& message) {
   }
   if (message.formats_size() > 0) settings.frames = settings.csv = false;
   for (int i = 0; i < message.formats_size(); ++i) switch (message.formats(i)) {
-      case v1::Recording::FRAMES: settings.frames = true; break;
-      case v1::Recording::VTU: settings.vtu = true; break;
-      case v1::Recording::PLY: settings.ply = true; break;
-      case v1::Recording::CSV: settings.csv = true; break;
+      case v1::Recording::FRAMES:
+        settings.frames = true;
+        break;
+      case v1::Recording::VTU:
+        settings.vtu = true;
+        break;
+      case v1::Recording::PLY:
+        settings.ply = true;
+        break;
+      case v1::Recording::CSV:
+        settings.csv = true;
+        break;
       default:
         breach.require(false, "recording.formats[" + std::to_string(i) + "]",
                        "is " + std::to_string(message.formats(i)) + ", must be one of FRAMES, VTU, PLY, CSV");

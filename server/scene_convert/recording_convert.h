@@ -7,11 +7,11 @@ namespace crumple::scene_convert {
 
 // What a batch run writes.
 struct RecordingSettings {
-  int every = 1;        // steps between two records, [1, 1e6]
-  bool frames = true;   // the stream's frames
-  bool vtu = false;     // finite-element bodies
-  bool ply = false;     // every other body
-  bool csv = true;      // energies, events, timings
+  int every = 1;       // steps between two records, [1, 1e6]
+  bool frames = true;  // the stream's frames
+  bool vtu = false;    // finite-element bodies
+  bool ply = false;    // every other body
+  bool csv = true;     // energies, events, timings
 };
 
 // Errors: path recording.every, recording.formats[i].

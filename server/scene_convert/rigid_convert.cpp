@@ -13,10 +13,14 @@ constexpr int kDefaultProxyTets = 2'000;
 
 sim::RigidKind to_kind(int kind, const std::string& field, Conversion& c) {
   switch (kind) {
-    case v1::RigidBody::DYNAMIC: return sim::RigidKind::dynamic;
-    case v1::RigidBody::FIXED: return sim::RigidKind::fixed;
-    case v1::RigidBody::KINEMATIC: return sim::RigidKind::kinematic;
-    default: c.breach.require(false, field, "is " + std::to_string(kind) + ", must be DYNAMIC, FIXED or KINEMATIC");
+    case v1::RigidBody::DYNAMIC:
+      return sim::RigidKind::dynamic;
+    case v1::RigidBody::FIXED:
+      return sim::RigidKind::fixed;
+    case v1::RigidBody::KINEMATIC:
+      return sim::RigidKind::kinematic;
+    default:
+      c.breach.require(false, field, "is " + std::to_string(kind) + ", must be DYNAMIC, FIXED or KINEMATIC");
   }
   return {};
 }
@@ -63,13 +67,20 @@ sim::Shape to_triangles(const v1::TriangleShape& message, const std::string& fie
 
 sim::Shape to_shape(const v1::Shape& message, const std::string& field, Conversion& c) {
   switch (message.shape_case()) {
-    case v1::Shape::kBox: return to_box(message.box());
-    case v1::Shape::kSphere: return to_sphere(message.sphere());
-    case v1::Shape::kCylinder: return to_cylinder(message.cylinder());
-    case v1::Shape::kPlane: return to_plane(message.plane());
-    case v1::Shape::kConvexHull: return to_hull(message.convex_hull(), field + ".convex_hull", c);
-    case v1::Shape::kTriangles: return to_triangles(message.triangles(), field + ".triangles", c);
-    case v1::Shape::SHAPE_NOT_SET: break;
+    case v1::Shape::kBox:
+      return to_box(message.box());
+    case v1::Shape::kSphere:
+      return to_sphere(message.sphere());
+    case v1::Shape::kCylinder:
+      return to_cylinder(message.cylinder());
+    case v1::Shape::kPlane:
+      return to_plane(message.plane());
+    case v1::Shape::kConvexHull:
+      return to_hull(message.convex_hull(), field + ".convex_hull", c);
+    case v1::Shape::kTriangles:
+      return to_triangles(message.triangles(), field + ".triangles", c);
+    case v1::Shape::SHAPE_NOT_SET:
+      break;
   }
   c.breach.require(false, field, "has no shape, must be one of box, sphere, cylinder, plane, convex_hull, triangles");
   return sim::Box();
@@ -105,7 +116,8 @@ void add_shapes(const v1::RigidBody& message, sim::RigidModel& model, const std:
     placed.pose = c.value(to_pose(message.shapes(i).pose(), path + ".pose"), "");
     placed.shape = to_shape(message.shapes(i), path, c);
     triangles += message.shapes(i).has_triangles();
-    c.breach.require(triangles == 0 || triangles == i + 1, path, "mixes triangles with other shapes, must be of one kind");
+    c.breach.require(triangles == 0 || triangles == i + 1, path,
+                     "mixes triangles with other shapes, must be of one kind");
     model.shapes.push_back(std::move(placed));
   }
 }
@@ -122,8 +134,8 @@ sim::RigidModel to_rigid(const v1::RigidBody& message, const std::string& field,
   add_shapes(message, model, field + ".shapes", c);
   model.motion = to_keys(message.motion(), field + ".motion", c);
   if (message.has_render()) model.render = to_shared_surface(message.render(), field + ".render", c);
-  const double budget = number_or(message.has_proxy_tets(), message.proxy_tets(), kDefaultProxyTets, {1, 1e5},
-                                  field + ".proxy_tets", c);
+  const double budget =
+      number_or(message.has_proxy_tets(), message.proxy_tets(), kDefaultProxyTets, {1, 1e5}, field + ".proxy_tets", c);
   if (c.breach.ok() && message.shapes(0).has_triangles())
     model.proxy = make_proxy(model, static_cast<int>(budget), field + ".shapes", c);
   return model;

@@ -42,10 +42,14 @@ void set_world(const v1::Scene& message, sim::SceneDescription& scene) {
 std::variant<sim::RigidModel, sim::FemModel, sim::ExampleModel> to_model(const v1::Body& message,
                                                                          const std::string& field, Conversion& c) {
   switch (message.model_case()) {
-    case v1::Body::kRigid: return to_rigid(message.rigid(), field + ".rigid", c);
-    case v1::Body::kFem: return to_fem(message.fem(), field + ".fem", c);
-    case v1::Body::kExample: return to_example_model(message.example(), field + ".example", c);
-    case v1::Body::MODEL_NOT_SET: break;
+    case v1::Body::kRigid:
+      return to_rigid(message.rigid(), field + ".rigid", c);
+    case v1::Body::kFem:
+      return to_fem(message.fem(), field + ".fem", c);
+    case v1::Body::kExample:
+      return to_example_model(message.example(), field + ".example", c);
+    case v1::Body::MODEL_NOT_SET:
+      break;
   }
   c.breach.require(false, field, "has no model, must be one of rigid, fem, example");
   return {};

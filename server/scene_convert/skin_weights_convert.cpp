@@ -43,9 +43,9 @@ Result<Eigen::MatrixXd> from_sparse(const v1::SparseWeights& sparse, int vertice
   for (int i = 0; i < vertices; ++i)
     for (int k = sparse.row_start(i), last = -1; k < sparse.row_start(i + 1); last = sparse.bone(k++)) {
       if (sparse.bone(k) <= last || sparse.bone(k) >= bones)
-        return invalid(field + ".bone[" + std::to_string(k) + "]",
-                       "is " + std::to_string(sparse.bone(k)) + ", must ascend in its row and be below " +
-                           std::to_string(bones));
+        return invalid(
+            field + ".bone[" + std::to_string(k) + "]",
+            "is " + std::to_string(sparse.bone(k)) + ", must ascend in its row and be below " + std::to_string(bones));
       W(i, sparse.bone(k)) = sparse.weight(k);
     }
   return W;

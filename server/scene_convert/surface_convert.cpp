@@ -37,13 +37,20 @@ sim::SurfaceMesh make_car(const v1::CarShape& message, const std::string& field,
 sim::SurfaceMesh make_surface(const v1::SurfaceSource& message, const std::string& field, Conversion& c) {
   using Source = v1::SurfaceSource;
   switch (message.source_case()) {
-    case Source::kFile: return c.value(c.files.surface(message.file()), field + ".file");
-    case Source::kInlineMesh: return c.value(to_surface_mesh(message.inline_mesh(), field + ".inline_mesh"), "");
-    case Source::kBox: return make_box(message.box(), field + ".box", c);
-    case Source::kSphere: return make_sphere(message.sphere(), field + ".sphere", c);
-    case Source::kBarrel: return make_barrel(message.barrel(), field + ".barrel", c);
-    case Source::kCar: return make_car(message.car(), field + ".car", c);
-    case Source::SOURCE_NOT_SET: break;
+    case Source::kFile:
+      return c.value(c.files.surface(message.file()), field + ".file");
+    case Source::kInlineMesh:
+      return c.value(to_surface_mesh(message.inline_mesh(), field + ".inline_mesh"), "");
+    case Source::kBox:
+      return make_box(message.box(), field + ".box", c);
+    case Source::kSphere:
+      return make_sphere(message.sphere(), field + ".sphere", c);
+    case Source::kBarrel:
+      return make_barrel(message.barrel(), field + ".barrel", c);
+    case Source::kCar:
+      return make_car(message.car(), field + ".car", c);
+    case Source::SOURCE_NOT_SET:
+      break;
   }
   c.breach.require(false, field, "has no source, must be one of file, inline_mesh, box, sphere, barrel, car");
   return {};

@@ -25,9 +25,14 @@ Block to_block(bool given, const v1::Cells& message, const std::array<int, 3>& m
   static constexpr const char* kAxes[] = {".x", ".y", ".z"};
   for (std::size_t i = 0; i < 3; ++i) c.breach.number(block.cells[i], kCells, field + kAxes[i]);
   switch (int{message.lattice()}) {
-    case v1::Cells::KUHN: break;
-    case v1::Cells::FEMFX: block.lattice = authoring::Lattice::femfx; break;
-    case v1::Cells::BCC: block.lattice = authoring::Lattice::bcc; break;
+    case v1::Cells::KUHN:
+      break;
+    case v1::Cells::FEMFX:
+      block.lattice = authoring::Lattice::femfx;
+      break;
+    case v1::Cells::BCC:
+      block.lattice = authoring::Lattice::bcc;
+      break;
     default:
       c.breach.require(false, field + ".lattice",
                        "is " + std::to_string(message.lattice()) + ", must be KUHN, FEMFX or BCC");
@@ -72,13 +77,20 @@ sim::TetMesh make_enclosing(const v1::EnclosingTets& m, const std::string& field
 sim::TetMesh make_tets(const v1::TetSource& message, const std::string& field, Conversion& c) {
   using Source = v1::TetSource;
   switch (message.source_case()) {
-    case Source::kBox: return make_box(message.box(), field + ".box", c);
-    case Source::kBeam: return make_beam(message.beam(), field + ".beam", c);
-    case Source::kPane: return make_pane(message.pane(), field + ".pane", c);
-    case Source::kEnclosing: return make_enclosing(message.enclosing(), field + ".enclosing", c);
-    case Source::kFile: return c.value(c.files.tets(message.file()), field + ".file");
-    case Source::kInlineMesh: return c.value(to_tet_mesh(message.inline_mesh(), field + ".inline_mesh"), "");
-    case Source::SOURCE_NOT_SET: break;
+    case Source::kBox:
+      return make_box(message.box(), field + ".box", c);
+    case Source::kBeam:
+      return make_beam(message.beam(), field + ".beam", c);
+    case Source::kPane:
+      return make_pane(message.pane(), field + ".pane", c);
+    case Source::kEnclosing:
+      return make_enclosing(message.enclosing(), field + ".enclosing", c);
+    case Source::kFile:
+      return c.value(c.files.tets(message.file()), field + ".file");
+    case Source::kInlineMesh:
+      return c.value(to_tet_mesh(message.inline_mesh(), field + ".inline_mesh"), "");
+    case Source::SOURCE_NOT_SET:
+      break;
   }
   c.breach.require(false, field, "has no source, must be one of box, beam, pane, enclosing, file, inline_mesh");
   return {};

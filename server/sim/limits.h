@@ -23,49 +23,49 @@ struct Range {
 
 namespace limits {
 // world
-inline constexpr double kGravity = 1e4;        // |.| [m/s^2]
-inline constexpr Range kTimeStep{1e-6, 0.2};   // [s]
+inline constexpr double kGravity = 1e4;          // |.| [m/s^2]
+inline constexpr Range kTimeStep{1e-6, 0.2};     // [s]
 inline constexpr Range kReferenceStep{1e-6, 1};  // creep_dt, rate_dt [s]
 inline constexpr Range kSubsteps{1, 100};
 inline constexpr int kMaxBodies = 10'000;
 inline constexpr int kMaxScript = 100'000;
 inline constexpr int kMaxNameBytes = 256;
 // contact
-inline constexpr Range kPhi{0, 1e15};             // [N s / m^3]
-inline constexpr Range kKappa{0, 1e6};            // [-]
-inline constexpr Range kRecoverySteps{1, 1e6};    // [-]
-inline constexpr Range kRecoverySpeed{0, 1e3};    // [m/s]
+inline constexpr Range kPhi{0, 1e15};           // [N s / m^3]
+inline constexpr Range kKappa{0, 1e6};          // [-]
+inline constexpr Range kRecoverySteps{1, 1e6};  // [-]
+inline constexpr Range kRecoverySpeed{0, 1e3};  // [m/s]
 // bodies
-inline constexpr double kVelocity = 1e4;          // |.| [m/s]
-inline constexpr double kAngularVelocity = 1e4;   // |.| [rad/s]
-inline constexpr Range kUnit{0, 1};               // colours, opacity, restitution
-inline constexpr Range kDensity{0, 1e6, true};    // [kg/m^3]
-inline constexpr Range kMass{0, 1e9};             // [kg]
-inline constexpr Range kFriction{0, 10};          // [-]
+inline constexpr double kVelocity = 1e4;             // |.| [m/s]
+inline constexpr double kAngularVelocity = 1e4;      // |.| [rad/s]
+inline constexpr Range kUnit{0, 1};                  // colours, opacity, restitution
+inline constexpr Range kDensity{0, 1e6, true};       // [kg/m^3]
+inline constexpr Range kMass{0, 1e9};                // [kg]
+inline constexpr Range kFriction{0, 10};             // [-]
 inline constexpr Range kLength{1e-4, kMaxPosition};  // extents of shapes [m]
-inline constexpr Range kTime{0, 1e9};             // [s]
-inline constexpr int kMaxKeys = 100'000;          // of one motion
-inline constexpr int kMaxMotions = 1'000;         // of one body
-inline constexpr int kMaxShapes = 1'000;          // of one body
+inline constexpr Range kTime{0, 1e9};                // [s]
+inline constexpr int kMaxKeys = 100'000;             // of one motion
+inline constexpr int kMaxMotions = 1'000;            // of one body
+inline constexpr int kMaxShapes = 1'000;             // of one body
 inline constexpr int kMaxHullPoints = 10'000;
 // finite elements
-inline constexpr Range kYoung{0, 1e13, true};     // [Pa]
-inline constexpr Range kPoisson{0, 0.5, false, true};  // [-]
-inline constexpr Range kDampingMass{0, 1e4};      // [1/s]
-inline constexpr Range kDampingStiffness{0, 10};  // [s]
-inline constexpr Range kYield{0, kInfinity};      // [-]
-inline constexpr Range kMaxPlastic{0, 10};        // [-]
+inline constexpr Range kYoung{0, 1e13, true};           // [Pa]
+inline constexpr Range kPoisson{0, 0.5, false, true};   // [-]
+inline constexpr Range kDampingMass{0, 1e4};            // [1/s]
+inline constexpr Range kDampingStiffness{0, 10};        // [s]
+inline constexpr Range kYield{0, kInfinity};            // [-]
+inline constexpr Range kMaxPlastic{0, 10};              // [-]
 inline constexpr Range kToughness{0, kInfinity, true};  // [Pa] or [N]
-inline constexpr Range kCount{1, 1e6};            // fracture_interval, max_splits_per_step
-inline constexpr Range kTolerance{1e-14, 0.5};    // [-]
+inline constexpr Range kCount{1, 1e6};                  // fracture_interval, max_splits_per_step
+inline constexpr Range kTolerance{1e-14, 0.5};          // [-]
 inline constexpr Range kIterations{1, 1e5};
-inline constexpr Range kClampLimit{0, 1e9};       // [1/m]
+inline constexpr Range kClampLimit{0, 1e9};  // [1/m]
 // examples
-inline constexpr Range kAlpha{0, 1e9};            // [1/m]
-inline constexpr Range kBeta{0, 1e12};            // [N s]
-inline constexpr Range kGamma{0, 1e6, true};      // [m]
+inline constexpr Range kAlpha{0, 1e9};              // [1/m]
+inline constexpr Range kBeta{0, 1e12};              // [N s]
+inline constexpr Range kGamma{0, 1e6, true};        // [m]
 inline constexpr Range kLambda{0, 1, false, true};  // [-]
-inline constexpr Range kRestitutionRate{0, 1e6};  // mu [1/s], nu [-]
+inline constexpr Range kRestitutionRate{0, 1e6};    // mu [1/s], nu [-]
 // commands
 inline constexpr Range kRadius{0, kMaxPosition};  // [m]
 }  // namespace limits

@@ -131,8 +131,9 @@ void check_motions(FirstBreach& breach, const FemModel& model, const std::string
     breach.require(!model.motions[m].nodes.empty(), nodes, "is empty, must select one node at least");
     for (const int node : model.motions[m].nodes) {
       if (node < 0 || node >= model.mesh->node_count())
-        return breach.require(false, nodes, "names node " + std::to_string(node) + ", must be below the mesh's " +
-                                                std::to_string(model.mesh->node_count()) + " nodes");
+        return breach.require(false, nodes,
+                              "names node " + std::to_string(node) + ", must be below the mesh's " +
+                                  std::to_string(model.mesh->node_count()) + " nodes");
       if (taken[static_cast<std::size_t>(node)]++)
         return breach.require(false, nodes, "names node " + std::to_string(node) + " again, must name a node once");
     }

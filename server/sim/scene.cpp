@@ -27,9 +27,9 @@ void check_world(FirstBreach& breach, const SceneDescription& scene) {
 
 void check_name(FirstBreach& breach, const std::string& name, const std::string& field) {
   breach.require(!name.empty(), field, "is empty, must name the body");
-  breach.require(name.size() <= limits::kMaxNameBytes, field,
-                 "has " + std::to_string(name.size()) + " bytes, must have at most " +
-                     std::to_string(limits::kMaxNameBytes));
+  breach.require(
+      name.size() <= limits::kMaxNameBytes, field,
+      "has " + std::to_string(name.size()) + " bytes, must have at most " + std::to_string(limits::kMaxNameBytes));
 }
 
 Result<void> validate_model(const BodyDescription& body, const std::string& field, SeenAssets& seen) {
@@ -62,8 +62,9 @@ void check_bodies(FirstBreach& breach, const SceneDescription& scene) {
     breach.require(is_new, field + ".name",
                    "is \"" + body.name + "\", must differ from that of " + entry("bodies", first->second));
     if (breach.ok()) tets += tet_count(body);
-    breach.require(tets <= kMaxTets, field, "brings the scene to " + std::to_string(tets) + " tets, must be at most " +
-                                                std::to_string(kMaxTets) + " in all");
+    breach.require(tets <= kMaxTets, field,
+                   "brings the scene to " + std::to_string(tets) + " tets, must be at most " +
+                       std::to_string(kMaxTets) + " in all");
   }
 }
 
@@ -74,9 +75,9 @@ struct TargetCheck {
   const std::string& field;
 
   const BodyDescription* target(BodyId id) {
-    breach.require(id < scene.bodies.size(), field + ".body",
-                   "is body " + std::to_string(id) + ", must be one of the scene's " +
-                       std::to_string(scene.bodies.size()));
+    breach.require(
+        id < scene.bodies.size(), field + ".body",
+        "is body " + std::to_string(id) + ", must be one of the scene's " + std::to_string(scene.bodies.size()));
     return breach.ok() ? &scene.bodies[id] : nullptr;
   }
   void operator()(const ApplyImpulse& c) { require_free(target(c.body)); }

@@ -59,8 +59,9 @@ TEST_P(AssetFile, ComesBackEqual) {
   EXPECT_EQ(std::get<sim::SurfaceMesh>(triangle->content).vertices, surface.vertices);
 }
 
-INSTANTIATE_TEST_SUITE_P(Forms, AssetFile, testing::Values("a.crumple-asset", "a.json"),
-                         [](const auto& info) { return info.index == 0 ? std::string("Binary") : std::string("Json"); });
+INSTANTIATE_TEST_SUITE_P(Forms, AssetFile, testing::Values("a.crumple-asset", "a.json"), [](const auto& info) {
+  return info.index == 0 ? std::string("Binary") : std::string("Json");
+});
 
 // Cut anywhere, changed anywhere: an error, never another asset.
 TEST(AssetFile, DamageIsAnError) {
@@ -91,8 +92,9 @@ TEST(AssetFile, AnotherVersionIsAnError) {
 
 TEST(AssetFile, ErrorsNameFileFieldAndLine) {
   const TemporaryFolder folder;
-  const auto asset = read_asset(folder.write("t.json", "{\"tet_mesh\": {\"positions\": [0,0,0, 1,0,0, 0,1,0, 0,0,1],\n"
-                                                       "\"tets\": [0,1,2,7]}}"));
+  const auto asset = read_asset(folder.write("t.json",
+                                             "{\"tet_mesh\": {\"positions\": [0,0,0, 1,0,0, 0,1,0, 0,0,1],\n"
+                                             "\"tets\": [0,1,2,7]}}"));
   ASSERT_FALSE(asset);
   EXPECT_EQ(asset.error().field, "tet_mesh.tets[0]");
   EXPECT_NE(asset.error().message.find("(t.json, line 2)"), std::string::npos) << asset.error().text();

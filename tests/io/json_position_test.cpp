@@ -26,9 +26,7 @@ TEST(JsonPosition, FindsTheLineOfAPath) {
   EXPECT_EQ(line_of(kText, "bodies[1].fem.material.young"), 8);
 }
 
-TEST(JsonPosition, MatchesBothSpellingsOfAKey) {
-  EXPECT_EQ(line_of(kText, "bodies[1].fem.material.poisson_ratio"), 9);
-}
+TEST(JsonPosition, MatchesBothSpellingsOfAKey) { EXPECT_EQ(line_of(kText, "bodies[1].fem.material.poisson_ratio"), 9); }
 
 TEST(JsonPosition, StopsAtTheInnermostPartThatIsThere) {
   EXPECT_EQ(line_of(kText, "bodies[1].fem.material.density"), 8);

@@ -83,8 +83,9 @@ const BadFile kBad[] = {
     {"nan", "{\"dt\": \"NaN\"}", "dt", "is nan, must be a number"},
     {"bare_nan", "{\"dt\": NaN}", "", "is not JSON"},
     {"overflow", "{\"dt\": 1e999}", "", "1e999"},
-    {"poisson", "{\"bodies\": [{\"name\": \"a\",\n\"fem\": {\"mesh\": {\"box\": {}},\n\"material\": {\n"
-                "\"poisson_ratio\": 0.5}}}]}",
+    {"poisson",
+     "{\"bodies\": [{\"name\": \"a\",\n\"fem\": {\"mesh\": {\"box\": {}},\n\"material\": {\n"
+     "\"poisson_ratio\": 0.5}}}]}",
      "bodies[0].fem.material.poisson_ratio", "is 0.5, must be below 0.5 (s.json, line 4)"},
     {"camel_case", "{\"bodies\": [{\"fem\": {\"material\": {\n\"poissonRatio\": true}}}]}",
      "bodies[0].fem.material.poisson_ratio", "is true, must be a number (s.json, line 2)"},
@@ -122,9 +123,9 @@ TEST(SceneFile, FilesOutsideItsFolderAreErrors) {
   std::filesystem::create_directories(folder.path() / "scenes");
   std::filesystem::create_symlink(folder.path() / "outside.json", folder.path() / "scenes/link.json");
   std::filesystem::create_symlink(folder.path(), folder.path() / "scenes/up");
-  for (const std::string& name : {(folder.path() / "outside.json").string(), std::string("../outside.json"),
-                                  std::string("a/../../outside.json"), std::string("link.json"),
-                                  std::string("up/outside.json"), std::string("../nowhere.json"), std::string()}) {
+  for (const std::string& name :
+       {(folder.path() / "outside.json").string(), std::string("../outside.json"), std::string("a/../../outside.json"),
+        std::string("link.json"), std::string("up/outside.json"), std::string("../nowhere.json"), std::string()}) {
     const auto loaded = load_scene(folder.write("scenes/s.json", fem_of(name)));
     ASSERT_FALSE(loaded) << name;
     EXPECT_EQ(loaded.error().code, ErrorCode::invalid_argument);
@@ -153,7 +154,8 @@ TEST(SceneFile, SurfacesBecomeHullsTrianglesAndTets) {
   ]})"));
   ASSERT_TRUE(loaded) << loaded.error().text();
   const auto& bodies = loaded->scene.bodies;
-  EXPECT_EQ(std::get<sim::ConvexHull>(std::get<sim::RigidModel>(bodies.at(0).model).shapes.at(0).shape).points.size(), 4u);
+  EXPECT_EQ(std::get<sim::ConvexHull>(std::get<sim::RigidModel>(bodies.at(0).model).shapes.at(0).shape).points.size(),
+            4u);
   EXPECT_TRUE(std::get<sim::RigidModel>(bodies.at(1).model).proxy);
   EXPECT_EQ(std::get<sim::FemModel>(bodies.at(2).model).render->triangles.size(), 4u);
   EXPECT_GT(std::get<sim::ExampleModel>(bodies.at(3).model).set->example_count(), 1);
@@ -162,8 +164,8 @@ TEST(SceneFile, SurfacesBecomeHullsTrianglesAndTets) {
 TEST(SceneFile, AnAssetOfAnotherKindIsAnError) {
   const TemporaryFolder folder;
   folder.write("one.json", kTets);
-  const auto loaded = load_scene(
-      folder.write("s.json", R"({"bodies": [{"name": "a", "example": {"asset": {"file": "one.json"}}}]})"));
+  const auto loaded =
+      load_scene(folder.write("s.json", R"({"bodies": [{"name": "a", "example": {"asset": {"file": "one.json"}}}]})"));
   ASSERT_FALSE(loaded);
   EXPECT_EQ(loaded.error().field, "bodies[0].example.asset.file");
   EXPECT_NE(loaded.error().message.find("must hold an example set"), std::string::npos) << loaded.error().text();

@@ -58,9 +58,7 @@ TEST(AssetConvert, AnExampleSetComesBackEqualInBothFormsOfItsWeights) {
 }
 
 TEST(AssetConvert, PathsOfErrorsUseTheNamesOfTheMessage) {
-  const auto named = [](const char* field) {
-    return in_message_names({ErrorCode::invalid_argument, field, ""}).field;
-  };
+  const auto named = [](const char* field) { return in_message_names({ErrorCode::invalid_argument, field, ""}).field; };
   EXPECT_EQ(named("bodies[1].fem.mesh.X[3]"), "bodies[1].fem.mesh.positions[3]");
   EXPECT_EQ(named("a.W[2][1]"), "a.weights[2][1]");
   EXPECT_EQ(named("a.examples[0].bones[4].q"), "a.examples[0].bones[4].rotation");

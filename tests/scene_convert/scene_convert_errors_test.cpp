@@ -10,9 +10,9 @@ namespace {
 
 struct Bad {
   const char* what;
-  const char* text;   // of a scene, in protobuf's text format
+  const char* text;  // of a scene, in protobuf's text format
   const char* field;
-  const char* rule;   // part of the message
+  const char* rule;  // part of the message
 };
 void PrintTo(const Bad& b, std::ostream* out) { *out << b.what; }
 
@@ -29,7 +29,7 @@ TEST_P(BadScene, GivesOneErrorWithItsFieldPath) {
 #define BALL "bodies { name: 'ball' rigid { shapes { sphere {} } } } "
 #define TET "positions: [0,0,0, 1,0,0, 0,1,0, 0,0,1] "
 #define FEM(mesh, rest) "bodies { name: 'b' fem { mesh { " mesh " } " rest " } }"
-#define ASSET(weights, rest)                                                                           \
+#define ASSET(weights, rest)                                                                               \
   "bodies { name: 'b' example { asset { inline_asset { mesh { " TET "tets: [0,1,2,3] } weights { " weights \
   " } examples { bones {} } convex_parts { vertices: [0,1,2,3] } " rest " } } } }"
 
@@ -60,7 +60,8 @@ const Bad kBad[] = {
     {"zero_tet", FEM("inline_mesh { " TET " positions: [1,1,0] tets: [0,1,2,3, 0,1,2,4] }", ""),
      "bodies[0].fem.mesh.inline_mesh.tets[1]", "volume 0"},
     {"tet_ids", FEM("inline_mesh { " TET " tets: [0,1,2,9] }", ""), "bodies[0].fem.mesh.inline_mesh.tets[0]", "9"},
-    {"negative_id", FEM("inline_mesh { " TET " tets: [0,1,2,-3] }", ""), "bodies[0].fem.mesh.inline_mesh.tets[0]", "-3"},
+    {"negative_id", FEM("inline_mesh { " TET " tets: [0,1,2,-3] }", ""), "bodies[0].fem.mesh.inline_mesh.tets[0]",
+     "-3"},
     {"position_of_node", FEM("inline_mesh { positions: [0,0,nan, 1,0,0, 0,1,0, 0,0,1] tets: [0,1,2,3] }", ""),
      "bodies[0].fem.mesh.inline_mesh.positions[0]", "finite"},
     {"cut_positions", FEM("inline_mesh { positions: [0,0] tets: [0,1,2,3] }", ""),
@@ -68,14 +69,16 @@ const Bad kBad[] = {
     {"cut_tets", FEM("inline_mesh { " TET " tets: [0,1,2] }", ""), "bodies[0].fem.mesh.inline_mesh.tets", "4 a tet"},
     {"fill", FEM("inline_mesh { " TET " tets: [0,1,2,3] fill: 1.5 }", ""), "bodies[0].fem.mesh.inline_mesh.fill[0]",
      "is 1.5"},
-    {"ten_million_cells", FEM("box { cells { x: 1000 y: 1000 z: 10 } }", ""), "bodies[0].fem.mesh.box.cells", "2000000"},
+    {"ten_million_cells", FEM("box { cells { x: 1000 y: 1000 z: 10 } }", ""), "bodies[0].fem.mesh.box.cells",
+     "2000000"},
     {"cells", FEM("pane { cells { x: 0 y: 1 z: 1 } }", ""), "bodies[0].fem.mesh.pane.cells.x", "at least 1"},
-    {"lattice", FEM("pane { cells { x: 1 y: 1 z: 1 lattice: 8 } }", ""), "bodies[0].fem.mesh.pane.cells.lattice", "is 8"},
+    {"lattice", FEM("pane { cells { x: 1 y: 1 z: 1 lattice: 8 } }", ""), "bodies[0].fem.mesh.pane.cells.lattice",
+     "is 8"},
     {"size", FEM("box { size { x: 1 y: inf z: 1 } }", ""), "bodies[0].fem.mesh.box.size.y", "finite"},
     {"length", FEM("beam { length: -1 }", ""), "bodies[0].fem.mesh.beam.length", "at least"},
     {"scale", FEM("box {} scale: 0", ""), "bodies[0].fem.mesh.scale", "at least"},
-    {"cell_size", FEM("enclosing { surface { sphere {} } cell_size: nan }", ""), "bodies[0].fem.mesh.enclosing.cell_size",
-     "number"},
+    {"cell_size", FEM("enclosing { surface { sphere {} } cell_size: nan }", ""),
+     "bodies[0].fem.mesh.enclosing.cell_size", "number"},
     {"ten_million_tets", FEM("enclosing { surface { sphere {} } cell_size: 0.001 }", ""),
      "bodies[0].fem.mesh.enclosing.cell_size", "is 0.001"},
     {"empty_surface", FEM("enclosing { surface { inline_mesh {} } }", ""),
@@ -125,8 +128,7 @@ const Bad kBad[] = {
 
     {"mixed_shapes", "bodies { name: 'b' rigid { shapes { box {} } shapes { triangles { mesh { box {} } } } } }",
      "bodies[0].rigid.shapes[1]", "mixes triangles"},
-    {"hull_twice",
-     "bodies { name: 'b' rigid { shapes { convex_hull { points {} surface { box {} } } } } }",
+    {"hull_twice", "bodies { name: 'b' rigid { shapes { convex_hull { points {} surface { box {} } } } } }",
      "bodies[0].rigid.shapes[0].convex_hull.surface", "alone"},
     {"moving_plane", "bodies { name: 'b' rigid { shapes { plane {} } } }", "bodies[0].rigid.shapes[0].plane", "FIXED"},
 
@@ -148,8 +150,8 @@ INSTANTIATE_TEST_SUITE_P(SceneConvert, BadScene, testing::ValuesIn(kBad),
                          [](const auto& info) { return std::string(info.param.what); });
 
 TEST(SceneConvert, NamesTheFirstBreachOfSeveral) {
-  const auto scene = to_scene(
-      test::parse<v1::Scene>(FEM("box {}", "material { young: -1 poisson_ratio: 2 density: -5 }")), NoFiles());
+  const auto scene =
+      to_scene(test::parse<v1::Scene>(FEM("box {}", "material { young: -1 poisson_ratio: 2 density: -5 }")), NoFiles());
   ASSERT_FALSE(scene);
   EXPECT_EQ(scene.error().field, "bodies[0].fem.material.young");
 }

@@ -131,7 +131,8 @@ TEST(SceneConvert, EveryFieldArrives) {
                " friction: 0.6 cg_tolerance: 1e-7 cg_max_iterations: 80 }"
                " motions { nodes { ids { ids: [3, 0] } } keys { time: 1 pose { position { z: 2 } } } }") +
       "bodies { name: 'e' example { density: 10 mass: 11 friction: 1.5 parameters { alpha: 1 beta: 2 gamma: 3"
-      " lambda: 0.5 mu: 4 nu: 5 restitution: 0.25 raw_rates: true step: EQUATION_10 triangle_collision: true } asset { " +
+      " lambda: 0.5 mu: 4 nu: 5 restitution: 0.25 raw_rates: true step: EQUATION_10 triangle_collision: true } asset "
+      "{ " +
       kInlineAsset + " } } }");
   EXPECT_EQ(scene.name, "n");
   EXPECT_EQ(scene.gravity, Vec3(0, 0, -1));
@@ -218,8 +219,9 @@ TEST(SceneConvert, GeneratedBlocksHaveTheirSizeAndCells) {
 }
 
 TEST(SceneConvert, EqualSourcesShareOneMesh) {
-  const auto scene = convert("bodies { name: 'a' fem { mesh { box {} } } } bodies { name: 'b' fem { mesh { box {} } } }"
-                             "bodies { name: 'c' fem { mesh { box {} scale: 2 } } }");
+  const auto scene = convert(
+      "bodies { name: 'a' fem { mesh { box {} } } } bodies { name: 'b' fem { mesh { box {} } } }"
+      "bodies { name: 'c' fem { mesh { box {} scale: 2 } } }");
   const auto mesh = [&](int i) { return std::get<sim::FemModel>(scene.bodies.at(i).model).mesh; };
   EXPECT_EQ(mesh(0), mesh(1));
   EXPECT_NE(mesh(0), mesh(2));
@@ -241,7 +243,8 @@ TEST(SceneConvert, FacesBoxesAndIdsSelectNodes) {
 
 TEST(SceneConvert, TriangleBodiesGetTetsThatEncloseThem) {
   const auto scene = convert(
-      "bodies { name: 'b' rigid { proxy_tets: 600 shapes { pose { position { x: 3 } } triangles { mesh { box {} } } } } }");
+      "bodies { name: 'b' rigid { proxy_tets: 600 shapes { pose { position { x: 3 } } triangles { mesh { box {} } } } "
+      "} }");
   const auto& rigid = std::get<sim::RigidModel>(scene.bodies.at(0).model);
   ASSERT_TRUE(rigid.proxy);
   EXPECT_LE(rigid.proxy->tet_count(), 600);
@@ -254,11 +257,11 @@ TEST(SceneConvert, TriangleBodiesGetTetsThatEncloseThem) {
 }
 
 TEST(SceneConvert, ScriptNamesBodies) {
-  const auto scene = convert(
-      "bodies { name: 'a' rigid { shapes { box {} } } }" + fem_body("") +
-      "script { time: 0.5 command { apply_impulse { body: 'a' impulse { x: 1 } point { y: 2 } radius: 3 } } }"
-      "script { time: 0.5 command { apply_force { body: 'b' force { y: -4 } duration: 5 } } }"
-      "script { time: 1 command { apply_node_impulse { body: 'b' nodes: [2, 1] impulse { z: 6 } } } }");
+  const auto scene =
+      convert("bodies { name: 'a' rigid { shapes { box {} } } }" + fem_body("") +
+              "script { time: 0.5 command { apply_impulse { body: 'a' impulse { x: 1 } point { y: 2 } radius: 3 } } }"
+              "script { time: 0.5 command { apply_force { body: 'b' force { y: -4 } duration: 5 } } }"
+              "script { time: 1 command { apply_node_impulse { body: 'b' nodes: [2, 1] impulse { z: 6 } } } }");
   ASSERT_EQ(scene.script.size(), 3u);
   const auto& impulse = std::get<sim::ApplyImpulse>(scene.script[0].command);
   EXPECT_EQ(impulse.body, 0u);

@@ -151,7 +151,8 @@ const Breach kBreaches[] = {
     {"toughness", [](S& s) { fem(s).material.toughness = 0; }, "bodies[1].fem.material.toughness", "above 0"},
     {"yield", [](S& s) { fem(s).material.yield = kNan; }, "bodies[1].fem.material.yield", "number"},
     {"creep", [](S& s) { fem(s).material.creep = 2; }, "bodies[1].fem.material.creep", "at most 1"},
-    {"cg", [](S& s) { fem(s).material.cg_max_iterations = 0; }, "bodies[1].fem.material.cg_max_iterations", "at least 1"},
+    {"cg", [](S& s) { fem(s).material.cg_max_iterations = 0; }, "bodies[1].fem.material.cg_max_iterations",
+     "at least 1"},
     {"no_mesh", [](S& s) { fem(s).mesh = nullptr; }, "bodies[1].fem.mesh", "missing"},
     {"empty_mesh", [](S& s) { set_mesh(s, TetMesh()); }, "bodies[1].fem.mesh.tets", "empty"},
     {"zero_tet",
@@ -198,7 +199,11 @@ const Breach kBreaches[] = {
      "bodies[1].fem.mesh.X[1]", "at most 1e+06"},
     {"no_nodes", [](S& s) { fem(s).motions[0].nodes.clear(); }, "bodies[1].fem.motions[0].nodes", "empty"},
     {"node_ids", [](S& s) { fem(s).motions[0].nodes = {4}; }, "bodies[1].fem.motions[0].nodes", "names node 4"},
-    {"node_twice", [](S& s) { fem(s).motions.push_back({{1}, {}}); }, "bodies[1].fem.motions[1].nodes", "again"},
+    {"node_twice",
+     [](S& s) {
+       fem(s).motions.push_back({{1}, {}});
+     },
+     "bodies[1].fem.motions[1].nodes", "again"},
     {"clamp", [](S& s) { fem(s).clamp_limit = -1; }, "bodies[1].fem.clamp_limit", "at least 0"},
 
     {"no_set", [](S& s) { example(s).set = nullptr; }, "bodies[2].example.asset", "missing"},
@@ -221,21 +226,43 @@ const Breach kBreaches[] = {
     {"gamma", [](S& s) { example(s).parameters.gamma = 0; }, "bodies[2].example.parameters.gamma", "above 0"},
     {"alpha", [](S& s) { example(s).parameters.alpha = kInf; }, "bodies[2].example.parameters.alpha", "finite"},
 
-    {"impulse_huge", [](S& s) { s.script[0].command = ApplyImpulse{0, Vec3(2e9, 0, 0), Vec3::Zero()}; },
+    {"impulse_huge",
+     [](S& s) {
+       s.script[0].command = ApplyImpulse{0, Vec3(2e9, 0, 0), Vec3::Zero()};
+     },
      "script[0].command.apply_impulse.impulse", "at most 1e+09"},
-    {"force_nan", [](S& s) { s.script[0].command = ApplyForce{0, Vec3(kNan, 0, 0), Vec3::Zero()}; },
+    {"force_nan",
+     [](S& s) {
+       s.script[0].command = ApplyForce{0, Vec3(kNan, 0, 0), Vec3::Zero()};
+     },
      "script[0].command.apply_force.force.x", "finite"},
-    {"force_huge", [](S& s) { s.script[0].command = ApplyForce{0, Vec3(0, 1e13, 0), Vec3::Zero()}; },
+    {"force_huge",
+     [](S& s) {
+       s.script[0].command = ApplyForce{0, Vec3(0, 1e13, 0), Vec3::Zero()};
+     },
      "script[0].command.apply_force.force", "at most 1e+12"},
-    {"point", [](S& s) { s.script[0].command = ApplyForce{0, Vec3::Zero(), Vec3(0, kInf, 0)}; },
+    {"point",
+     [](S& s) {
+       s.script[0].command = ApplyForce{0, Vec3::Zero(), Vec3(0, kInf, 0)};
+     },
      "script[0].command.apply_force.point.y", "finite"},
     {"no_body", [](S& s) { s.script[0].command = ApplyForce{3}; }, "script[0].command.apply_force.body", "body 3"},
     {"fixed_body", [](S& s) { rigid(s).kind = RigidKind::fixed; }, "script[0].command.apply_impulse.body", "FIXED"},
-    {"nodes_of_rigid", [](S& s) { s.script[0].command = ApplyNodeImpulse{0, {0}, Vec3::Zero()}; },
+    {"nodes_of_rigid",
+     [](S& s) {
+       s.script[0].command = ApplyNodeImpulse{0, {0}, Vec3::Zero()};
+     },
      "script[0].command.apply_node_impulse.body", "finite-element"},
-    {"node_of_script", [](S& s) { s.script[0].command = ApplyNodeImpulse{1, {0, 4}, Vec3::Zero()}; },
+    {"node_of_script",
+     [](S& s) {
+       s.script[0].command = ApplyNodeImpulse{1, {0, 4}, Vec3::Zero()};
+     },
      "script[0].command.apply_node_impulse.nodes[1]", "is 4"},
-    {"script_order", [](S& s) { s.script.push_back({0.25, s.script[0].command}); }, "script[1].time", "below"},
+    {"script_order",
+     [](S& s) {
+       s.script.push_back({0.25, s.script[0].command});
+     },
+     "script[1].time", "below"},
     {"script_time", [](S& s) { s.script[0].time = kNan; }, "script[0].time", "number"},
 };
 
