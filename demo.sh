@@ -23,7 +23,7 @@ while [ $# -gt 0 ]; do
 done
 case "$scene" in *.json) ;; *) scene=$scene.json ;; esac
 deploy/setup.sh
-deploy/build.sh release
+deploy/build.sh release programs
 if [ $build_only = 1 ]; then exit 0; fi
 
 bin=build/release/bin

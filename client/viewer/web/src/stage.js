@@ -7,18 +7,26 @@ const VALUE_COLOUR = new THREE.Color(1.0, 0.12, 0.04);  // of value 1: highest s
 
 export class Stage {
   constructor(canvas) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-    this.renderer.shadowMap.enabled = true;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true, powerPreference: 'high-performance' });
+    // A processor that draws by itself gets a plainer picture, so that the server keeps its share of it.
+    const gl = this.renderer.getContext();
+    const about = gl.getExtension('WEBGL_debug_renderer_info');
+    const name = about ? gl.getParameter(about.UNMASKED_RENDERER_WEBGL) : '';
+    this.software = /swiftshader|llvmpipe|software/i.test(name);
+    this.renderer.setPixelRatio(this.software ? 1 : Math.min(window.devicePixelRatio, 2));
+    this.renderer.shadowMap.enabled = !this.software;
+    this.changed = true;
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color(0x9fb4c8);
-    const pmrem = new THREE.PMREMGenerator(this.renderer);
-    this.scene.environment = pmrem.fromScene(new RoomEnvironment(), 0.04).texture;
-    this.scene.environmentIntensity = 0.55;
+    if (!this.software) {
+      const pmrem = new THREE.PMREMGenerator(this.renderer);
+      this.scene.environment = pmrem.fromScene(new RoomEnvironment(), 0.04).texture;
+      this.scene.environmentIntensity = 0.55;
+    }
     this.camera = new THREE.PerspectiveCamera(45, 1, 0.05, 500);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.enableDamping = true;
+    this.controls.addEventListener('change', () => { this.changed = true; });
     this.addLights();
     this.bodies = [];
     this.framed = false;
@@ -40,6 +48,7 @@ export class Stage {
   }
 
   resize() {
+    this.changed = true;
     this.renderer.setSize(window.innerWidth, window.innerHeight, false);
     this.camera.aspect = window.innerWidth / window.innerHeight;
     this.camera.updateProjectionMatrix();
@@ -53,6 +62,7 @@ export class Stage {
       body.mesh.material.dispose();
     }
     this.epoch = topology.epoch;
+    this.changed = true;
     this.bodies = topology.bodies.map((body) => this.makeBody(body));
     if (!this.framed) this.frameCamera();
   }
@@ -66,11 +76,10 @@ export class Stage {
     const glass = body.opacity < 1;
     const metal = body.model === 'example_based';
     // Flat shading takes normals from the screen's derivatives: nothing to recompute when vertices move.
-    const material = new THREE.MeshStandardMaterial({
-      color: new THREE.Color().setRGB(...body.colour), side: THREE.DoubleSide, flatShading: true,
-      metalness: metal ? 0.55 : glass ? 0.1 : 0.02, roughness: metal ? 0.42 : glass ? 0.08 : 0.85,
-      transparent: glass, opacity: body.opacity, depthWrite: !glass || body.opacity > 0.6,
-    });
+    const look = { color: new THREE.Color().setRGB(...body.colour), side: THREE.DoubleSide, flatShading: true,
+      transparent: glass, opacity: body.opacity, depthWrite: !glass || body.opacity > 0.6 };
+    const material = this.software ? new THREE.MeshLambertMaterial(look) : new THREE.MeshStandardMaterial({ ...look,
+      metalness: metal ? 0.55 : glass ? 0.1 : 0.02, roughness: metal ? 0.42 : glass ? 0.08 : 0.85 });
     const mesh = new THREE.Mesh(geometry, material);
     mesh.castShadow = !glass && body.triangles.length / 3 > 2;
     mesh.receiveShadow = true;
@@ -83,6 +92,7 @@ export class Stage {
   // frame: {epoch, bodies: [{id, pose, positions | null, values | null}]}; frames of another epoch are not drawn.
   setFrame(frame) {
     if (frame.epoch !== this.epoch) return;
+    this.changed = true;
     for (const moved of frame.bodies) {
       const body = this.bodies[moved.id];
       if (!body) continue;
@@ -141,6 +151,7 @@ export class Stage {
     const radius = Math.max(1.5, 0.5 * box.getSize(new THREE.Vector3()).length());
     this.camera.position.copy(centre).add(new THREE.Vector3(0.75, 0.5, 1).normalize().multiplyScalar(radius * 2.1));
     this.controls.target.copy(centre);
+    this.controls.update();
     this.sun.target.position.copy(centre);
     this.sun.position.copy(centre).add(new THREE.Vector3(8, 14, 10));
     this.framed = true;
@@ -156,8 +167,10 @@ export class Stage {
       direction: this.raycaster.ray.direction.toArray() };
   }
 
+  // Draws if anything moved.
   render() {
-    this.controls.update();
+    if (!this.changed) return;
+    this.changed = false;
     this.renderer.render(this.scene, this.camera);
   }
 }
