@@ -1,0 +1,23 @@
+#pragma once
+
+#include "server/sim/mesh/surface_mesh.h"
+#include "server/sim/mesh/tet_mesh.h"
+#include "server/sim/scene.h"
+
+#include <optional>
+#include <vector>
+
+namespace crumple::sim {
+
+// Tets that stand for a rigid body against soft ones (whose contact is between tets), in body axes: each shape's
+// surface joined to a point inside it. Boxes give 12 tets, spheres 80, cylinders 64 (both of the right volume, so
+// slightly larger than the shape at their corners), hulls one a hull triangle; shapes of a compound are simply put
+// together, where they overlap so do the tets. Planes give none: contact takes them as half-spaces, so a body of
+// planes only has an empty mesh. nullopt: a shape of triangles, or a hull of no volume.
+std::optional<TetMesh> proxy_tets(const std::vector<PlacedShape>& shapes);
+
+// Outward triangles to draw a rigid body with, in body axes. A plane is a 20 m square of 2 m squares about the point
+// of it nearest to the shape's origin.
+SurfaceMesh draw_mesh(const std::vector<PlacedShape>& shapes);
+
+}  // namespace crumple::sim
