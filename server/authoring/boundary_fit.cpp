@@ -1,0 +1,156 @@
+#include "server/authoring/boundary_fit.h"
+
+#include "server/authoring/handle_placement.h"
+#include "server/authoring/solid_fraction.h"
+#include "server/authoring/surface_distance.h"
+#include "server/authoring/tet_connectivity.h"
+#include "server/sim/mesh/node_stars.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace crumple::authoring {
+namespace {
+
+// Two rounds, because tets that the first one flattens against the surface and leaves without solid can go.
+constexpr double kKeptVolume[] = {0.1, 0.04};  // of a lattice tet's
+
+// Without the tets of less fill than `threshold` that have a neighbour at least half full; unused nodes go as well.
+sim::TetMesh without_slivers(const sim::TetMesh& mesh, double threshold) {
+  const auto neighbours = face_neighbours(mesh.tets);
+  sim::TetMesh out;
+  std::vector<int> node_of(mesh.X.size(), -1);
+  for (int t = 0; t < mesh.tet_count(); ++t) {
+    const bool leans = std::any_of(neighbours[t].begin(), neighbours[t].end(),
+                                   [&](int other) { return other >= 0 && mesh.fill[other] >= 0.5; });
+    if (mesh.fill[t] < threshold && leans) continue;
+    Tet tet;
+    for (int k = 0; k < 4; ++k) {
+      int& node = node_of[mesh.tets[t][k]];
+      if (node < 0) {
+        node = out.node_count();
+        out.X.push_back(mesh.X[mesh.tets[t][k]]);
+      }
+      tet[k] = node;
+    }
+    out.tets.push_back(tet);
+    out.fill.push_back(mesh.fill[t]);
+  }
+  return out;
+}
+
+sim::TetMesh trimmed(sim::TetMesh mesh) {
+  const int parts = face_parts(face_neighbours(mesh.tets)).count;
+  for (const double threshold : {0.3, 0.2, 0.1}) {
+    sim::TetMesh out = without_slivers(mesh, threshold);
+    if (!out.tets.empty() && face_parts(face_neighbours(out.tets)).count <= parts) return out;
+  }
+  return mesh;
+}
+
+// Extreme points of each connected part of the surface, in the 26 directions of a cube's faces, edges and corners.
+std::vector<Vec3> extreme_points(const sim::SurfaceMesh& surface) {
+  std::vector<int> root(surface.vertices.size());
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int v) {
+    while (root[v] != v) v = root[v] = root[root[v]];
+    return v;
+  };
+  for (const auto& [a, b, c] : surface.triangles) {
+    root[find(a)] = find(b);
+    root[find(b)] = find(c);
+  }
+  std::vector<std::vector<int>> parts(surface.vertices.size());
+  for (int v = 0; v < static_cast<int>(root.size()); ++v) parts[find(v)].push_back(v);
+  std::vector<Vec3> out;
+  for (const std::vector<int>& part : parts) {
+    if (part.size() < 4) continue;
+    for (int code = 0; code < 27; ++code) {
+      const Vec3 direction(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
+      if (direction.isZero()) continue;
+      const auto height = [&](int v) { return direction.dot(surface.vertices[v]); };
+      out.push_back(surface.vertices[*std::max_element(part.begin(), part.end(), [&](int a, int b) { return height(a) < height(b); })]);
+    }
+  }
+  return out;
+}
+
+class Fitter {
+ public:
+  Fitter(sim::TetMesh& mesh, double least_volume)
+      : mesh_(mesh), stars_(mesh.tets, mesh.node_count()), least_(least_volume) {}
+
+  // Moves a node as far towards `target` as its tets allow.
+  void move(int node, const Vec3& target) {
+    const Vec3 from = mesh_.X[node];
+    for (const double part : {1.0, 0.75, 0.5, 0.25}) {
+      mesh_.X[node] = from + part * (target - from);
+      if (allowed(node)) return;
+    }
+    mesh_.X[node] = from;
+  }
+
+  bool try_move(int node, const Vec3& target) {
+    const Vec3 from = mesh_.X[node];
+    mesh_.X[node] = target;
+    if (allowed(node)) return true;
+    mesh_.X[node] = from;
+    return false;
+  }
+
+ private:
+  bool allowed(int node) const {
+    const auto star = stars_[node];
+    return std::all_of(star.begin(), star.end(), [&](int t) { return sim::signed_volume(mesh_, t) >= least_; });
+  }
+
+  sim::TetMesh& mesh_;
+  sim::NodeStars stars_;
+  double least_;
+};
+
+void snap_extremes(sim::TetMesh& mesh, Fitter& fitter, const sim::SurfaceMesh& surface,
+                   const std::vector<int>& boundary, double reach) {
+  std::vector<char> taken(mesh.X.size(), false);
+  for (const Vec3& target : extreme_points(surface)) {
+    int best = -1;
+    double best_distance = reach;
+    for (const int node : boundary)
+      if (const double d = (mesh.X[node] - target).norm(); d < best_distance) {
+        best_distance = d;
+        best = node;
+      }
+    if (best >= 0 && !taken[best]) taken[best] = fitter.try_move(best, target);
+  }
+}
+
+}  // namespace
+
+std::vector<int> nodes_at_solid(const sim::TetMesh& mesh, const sim::SurfaceMesh& surface, double reach) {
+  const SurfaceDistance distance(surface);
+  const WindingNumber solid(surface);
+  std::vector<int> out;
+  for (const int node : surface_nodes(mesh.tets))
+    if (distance(mesh.X[node]) <= reach || solid.inside(mesh.X[node])) out.push_back(node);
+  return out;
+}
+
+sim::TetMesh fitted_to_surface(const EnclosingMesh& enclosing, const sim::SurfaceMesh& surface) {
+  constexpr int kSweeps = 4;  // a node that was held back may follow when its neighbours have moved
+  const double h = enclosing.report.cell_size;
+  const SurfaceDistance distance(surface);
+  const WindingNumber solid(surface);
+  sim::TetMesh mesh = enclosing.mesh;
+  for (const double kept : kKeptVolume) {
+    mesh = trimmed(std::move(mesh));
+    const std::vector<int> boundary = surface_nodes(mesh.tets);
+    Fitter fitter(mesh, kept * h * h * h / 12);
+    for (int sweep = 0; sweep < kSweeps; ++sweep)
+      for (const int node : boundary) fitter.move(node, distance.nearest(mesh.X[node]).point);
+    snap_extremes(mesh, fitter, surface, boundary, 0.6 * h);
+    mesh.fill = solid_fractions(solid, mesh, EnclosingOptions{}.minimum_fill);
+  }
+  return mesh;
+}
+
+}  // namespace crumple::authoring

@@ -1,0 +1,183 @@
+#include "server/io/mesh_import.h"
+
+#include "common/text.h"
+#include "server/io/gltf_check.h"
+#include "server/io/mesh_file.h"
+#include "server/io/ply_reader.h"
+#include "server/io/polygon.h"
+
+#include <assimp/BaseImporter.h>
+#include <assimp/Importer.hpp>
+#include <assimp/scene.h>
+
+#include <bit>
+#include <memory>
+#include <sstream>
+#include <unordered_map>
+
+namespace crumple::io {
+namespace {
+
+// Collects triangles; vertices at exactly the same place become one.
+class Merger {
+ public:
+  int vertex(const Vec3& p) {
+    // -0 and 0 are one place.
+    const Key key{std::bit_cast<std::uint64_t>(p.x() + 0.0), std::bit_cast<std::uint64_t>(p.y() + 0.0),
+                  std::bit_cast<std::uint64_t>(p.z() + 0.0)};
+    const auto [at, is_new] = ids_.try_emplace(key, static_cast<int>(out.mesh.vertices.size()));
+    if (is_new) out.mesh.vertices.push_back(p);
+    return at->second;
+  }
+
+  void add(const Triangle& t) {
+    const auto& X = out.mesh.vertices;
+    const Vec3 area = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
+    if (area.squaredNorm() > 0 || !area.allFinite())  // validate() speaks about the latter
+      out.mesh.triangles.push_back(t);
+    else
+      ++out.degenerate_triangles;
+  }
+
+  ImportedSurface out;
+
+ private:
+  using Key = std::array<std::uint64_t, 3>;
+  struct Hash {
+    std::size_t operator()(const Key& k) const {
+      std::uint64_t h = 0;
+      for (const std::uint64_t part : k) h = (h ^ part) * 0x9E3779B97F4A7C15u, h ^= h >> 29;
+      return h;
+    }
+  };
+  std::unordered_map<Key, int, Hash> ids_;
+};
+
+void add_mesh(const aiMesh& mesh, const aiMatrix4x4& placement, Merger& merger, std::vector<char>& used) {
+  std::vector<int> ids(mesh.mNumVertices);
+  for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+    const aiVector3D p = placement * mesh.mVertices[v];
+    ids[v] = merger.vertex({p.x, p.y, p.z});
+  }
+  used.resize(merger.out.mesh.vertices.size(), false);
+  merger.out.merged_vertices += static_cast<int>(mesh.mNumVertices);
+  std::vector<Triangle> triangles;
+  const bool mirrored = placement.Determinant() < 0;
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    const aiFace& face = mesh.mFaces[f];
+    if (face.mNumIndices < 3) continue;
+    std::vector<int> corners;
+    for (unsigned k = 0; k < face.mNumIndices; ++k)
+      if (face.mIndices[k] < mesh.mNumVertices) corners.push_back(ids[face.mIndices[k]]);
+    if (corners.size() < 3) continue;
+    triangles.clear();
+    cut_polygon(merger.out.mesh.vertices, std::move(corners), triangles);
+    for (Triangle t : triangles) {
+      if (mirrored) std::swap(t[1], t[2]);
+      for (const int v : t) used[v] = true;
+      merger.add(t);
+    }
+  }
+}
+
+void add_mesh(const sim::SurfaceMesh& mesh, Merger& merger, std::vector<char>& used) {
+  std::vector<int> ids;
+  for (const Vec3& p : mesh.vertices) ids.push_back(merger.vertex(p));
+  used.resize(merger.out.mesh.vertices.size(), false);
+  merger.out.merged_vertices += static_cast<int>(ids.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    for (const int v : {a, b, c}) used[ids[v]] = true;
+    merger.add({ids[a], ids[b], ids[c]});
+  }
+}
+
+// Depth first, with a stack of our own: a file may nest deeper than the call stack.
+void add_scene(const aiScene& scene, Merger& merger, std::vector<char>& used) {
+  std::vector<std::pair<const aiNode*, aiMatrix4x4>> stack{{scene.mRootNode, scene.mRootNode->mTransformation}};
+  while (!stack.empty()) {
+    const auto [node, placement] = stack.back();
+    stack.pop_back();
+    for (unsigned m = 0; m < node->mNumMeshes; ++m) add_mesh(*scene.mMeshes[node->mMeshes[m]], placement, merger, used);
+    for (unsigned c = node->mNumChildren; c-- > 0;)
+      stack.emplace_back(node->mChildren[c], placement * node->mChildren[c]->mTransformation);
+  }
+}
+
+// Vertices that no triangle has (of lines, points, or left over) would be enclosed and drawn for nothing.
+void drop_unused(sim::SurfaceMesh& mesh, const std::vector<char>& used) {
+  std::vector<int> new_id(mesh.vertices.size(), -1);
+  int kept = 0;
+  for (size_t v = 0; v < mesh.vertices.size(); ++v)
+    if (used[v]) {
+      mesh.vertices[kept] = mesh.vertices[v];
+      new_id[v] = kept++;
+    }
+  mesh.vertices.resize(kept);
+  for (Triangle& t : mesh.triangles)
+    for (int& v : t) v = new_id[v];
+}
+
+// Assimp guesses a format by content where the ending's reader declines, and some of its readers do not return from
+// noise: only those of the ending stay.
+void keep_readers_of(Assimp::Importer& importer, const std::string& ending) {
+  for (std::size_t k = importer.GetImporterCount(); k-- > 0;) {
+    std::istringstream endings(importer.GetImporterInfo(k)->mFileExtensions);
+    std::string word;
+    bool keeps = false;
+    while (endings >> word) keeps = keeps || word == ending;
+    if (keeps) continue;
+    const std::unique_ptr<Assimp::BaseImporter> unused(importer.GetImporter(k));
+    importer.UnregisterLoader(unused.get());
+  }
+}
+
+Result<void> read_by_assimp(const std::filesystem::path& file, Merger& merger, std::vector<char>& used) {
+  const std::string name = file.filename().string();
+  if (has_ending(file, {".gltf", ".glb"})) {
+    const auto content = read_whole(file, kMaxMeshFileBytes);
+    if (!content) return std::unexpected(content.error());
+    if (auto sound = check_gltf(*content, name); !sound) return sound;
+  }
+  Assimp::Importer importer;
+  keep_readers_of(importer, small_ending(file).substr(1));
+  // No post-processing: Debian's Assimp asserts in its triangulation of noise, which would end the process.
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
+  if (scene == nullptr || scene->mRootNode == nullptr || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0)
+    return invalid(name, text("cannot be read: ", importer.GetErrorString()));
+  add_scene(*scene, merger, used);
+  return {};
+}
+
+Result<void> read_by_ourselves(const std::filesystem::path& file, Merger& merger, std::vector<char>& used) {
+  const std::string name = file.filename().string();
+  const auto content = read_whole(file, kMaxMeshFileBytes);
+  if (!content) return std::unexpected(content.error());
+  const auto mesh = read_ply(*content, name);
+  if (!mesh) return std::unexpected(mesh.error());
+  if (mesh->triangles.empty()) return invalid(name, "has no triangle");
+  if (auto valid = sim::validate(*mesh, name); !valid) return valid;
+  add_mesh(*mesh, merger, used);
+  return {};
+}
+
+}  // namespace
+
+Result<ImportedSurface> import_surface(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  if (!has_ending(file, {".obj", ".gltf", ".glb", ".ply", ".stl", ".off"}))
+    return invalid(name, "is not a surface mesh file: its ending must be .obj, .gltf, .glb, .ply, .stl or .off");
+  if (auto readable = check_file(file, kMaxMeshFileBytes); !readable) return std::unexpected(readable.error());
+
+  Merger merger;
+  std::vector<char> used;
+  const auto read = has_ending(file, {".ply"}) ? read_by_ourselves(file, merger, used) : read_by_assimp(file, merger, used);
+  if (!read) return std::unexpected(read.error());
+  ImportedSurface& out = merger.out;
+  out.merged_vertices -= static_cast<int>(out.mesh.vertices.size());
+  if (out.mesh.triangles.empty()) return invalid(name, "has no triangle");
+  drop_unused(out.mesh, used);
+  if (auto valid = sim::validate(out.mesh, name); !valid) return std::unexpected(valid.error());
+  return std::move(out);
+}
+
+}  // namespace crumple::io

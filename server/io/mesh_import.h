@@ -1,0 +1,26 @@
+#pragma once
+
+#include "server/sim/mesh/surface_mesh.h"
+
+#include <filesystem>
+
+namespace crumple::io {
+
+// Size limit of a mesh file [bytes]; larger ones are refused unread.
+inline constexpr std::uintmax_t kMaxMeshFileBytes = 512u << 20;
+
+struct ImportedSurface {
+  sim::SurfaceMesh mesh;
+  int degenerate_triangles = 0;  // dropped: two corners in one place, or no area
+  int merged_vertices = 0;       // vertices that lay exactly where another one was
+};
+
+// Reads a triangle surface: OBJ, glTF 2 (.gltf, .glb), PLY, STL or OFF, by the file's ending. All meshes of the file,
+// each as often as its scene places it and where it does (mirroring placements keep the outside outside); polygons are
+// triangulated, lines and points left out, equal positions merged. Colours, textures, skins and animations are not
+// looked at. Positions pass through single precision, except those of PLY. Units are the file's: nothing is scaled.
+// Errors, naming the file and the reason: no such file, too large, an ending or a content that cannot be read, no
+// triangle in it, what validate(SurfaceMesh) rejects.
+Result<ImportedSurface> import_surface(const std::filesystem::path& file);
+
+}  // namespace crumple::io
