@@ -29,7 +29,8 @@ class SimulationServer {
   const std::string& address() const { return address_; }  // host:port it listens on
   runtime::WorldRegistry& registry() { return *registry_; }
 
-  // Ends all worlds and streams with UNAVAILABLE, then waits for the calls, 2 s at most. Once is enough.
+  // Ends all worlds and streams with UNAVAILABLE, then waits for the calls: streams are cut after 2 s; a step that is
+  // running and a world in the making are waited for. Once is enough.
   void stop();
 
  private:

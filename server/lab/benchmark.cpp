@@ -70,7 +70,7 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
   std::vector<std::string> stage_order;
   std::map<std::string, double> stage_ms;
   double iterations = 0, residual = 0, penetration = 0;
-  int capped = 0, inverted = 0, fragments = 0;
+  int capped = 0, inverted = 0, fragments = 0, splits = 0, contacts = 0;
   for (int k = 0; k < options.steps; ++k) {
     const double start = now_ms();
     const sim::StepReport report = world.step();
@@ -83,6 +83,8 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     residual = std::max(residual, report.worst_residual);
     capped += report.capped_solves > 0;
     penetration = std::max(penetration, report.worst_penetration);
+    splits += report.splits;
+    contacts = std::max(contacts, report.contacts);
     int inverted_now = 0;
     fragments = 0;
     for (BodyId b : soft) {
@@ -101,6 +103,8 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     result["solver"] = {{"iterations_mean", iterations / options.steps}, {"residual_worst", residual}, {"capped_steps", capped}};
     result["inverted"] = inverted;
     result["fragments"] = fragments;
+    result["splits"] = splits;
+    result["contacts_most"] = contacts;
   }
   if (scene.bodies.size() > 1) result["penetration_mm_worst"] = 1000 * penetration;
   if (!options.tip.empty()) {

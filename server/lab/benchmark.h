@@ -16,7 +16,7 @@ struct BenchmarkOptions {
 // Steps a scene and reports, keys that do not apply left out:
 //   {"ms_per_step": {"mean", "median", "p99", "worst"}, "stages": {name: mean ms},
 //    "solver": {"iterations_mean", "residual_worst", "capped_steps"}, "tip": [x, y, z], "penetration_mm_worst",
-//    "inverted", "fragments", "state_hash", "peak_rss_mb"}
+//    "inverted", "fragments", "splits", "contacts_most", "state_hash", "peak_rss_mb"}
 // Stages are named as the lines of World::step. inverted: most tets at once that had negative volume at a step's end.
 // on_step(k) is called after each step, for a progress bar.
 Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOptions& options,

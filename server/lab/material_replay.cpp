@@ -61,6 +61,9 @@ Result<ReplayReport> replay_states(const Json& states, const Lame& lame, double 
   ReplayReport report;
   for (std::size_t i = 0; i < states.size(); ++i) {
     const Json& state = states[i];
+    if (!state.is_object()) return invalid(text("states.json[", i, "]"), "must be an object");
+    const Json energy_ref = state.value("corot_energy_density", Json());
+    if (!energy_ref.is_number()) return invalid(text("states.json[", i, "].corot_energy_density"), "must be a number");
     const auto read = [&](const char* name) { return matrix(state.value(name, Json()), text("states.json[", i, "].", name)); };
     const auto F = read("F"), Q_ref = read("Q"), strain_ref = read("corot_strain"), stress_ref = read("corot_stress"), P_ref = read("corot_P");
     for (const auto* m : {&F, &Q_ref, &strain_ref, &stress_ref, &P_ref}) {
@@ -73,10 +76,11 @@ Result<ReplayReport> replay_states(const Json& states, const Lame& lame, double 
     add(strains, strain, *strain_ref);
     add(stresses, sim::fem::isotropic_stress(lame, strain), *stress_ref);
     add(piola, sim::fem::first_piola(lame, Q, *F, Mat3::Zero()), *P_ref);
-    energy.add(sim::fem::energy_density(lame, strain), state.value("corot_energy_density", std::nan("")));
+    energy.add(sim::fem::energy_density(lame, strain), energy_ref.get<double>());
     double worst = 0;
     for (const ArrayError* e : {&rotation, &strains, &stresses, &piola, &energy}) worst = std::max(worst, e->value());
-    const std::string name = text(state.value("state", std::string("state")), " ", state.value("param", Json()).dump());
+    const Json kind = state.value("state", Json("state"));
+    const std::string name = text(kind.is_string() ? kind.get<std::string>() : kind.dump(), " ", state.value("param", Json()).dump());
     report.by_test[name] = worst;
     report.max_relative_error = std::max(report.max_relative_error, worst);
   }

@@ -17,12 +17,8 @@ constexpr double kMaxSubsteps = 1e7;
 // Undamped mesh under dead loads and gravity; advances by one substep at a time.
 class Motion {
  public:
-  Motion(const Level& level, const Material& material, const Run& run, double h) : level_(level), run_(run), h_(h) {
-    fem::FemMaterial m;
-    m.young = material.young;
-    m.poisson = material.poisson;
-    m.density = material.density;
-    rest_ = *fem::make_rest_body(level.mesh, m, 1e15);
+  Motion(const Level& level, fem::RestBody rest, const Run& run, double h)
+      : level_(level), run_(run), h_(h), rest_(std::move(rest)) {
     state_.x = level.mesh.X;
     state_.v = level.initial_velocity.empty() ? std::vector<Vec3>(state_.x.size(), Vec3::Zero()) : level.initial_velocity;
     state_.plastic_strain.assign(level.mesh.tets.size(), Mat3::Zero());
@@ -140,8 +136,11 @@ Result<Trajectory> run_trajectory(const std::filesystem::path& case_dir, const s
   auto material = read_material(case_dir, override);
   if (!material) return std::unexpected(material.error());
 
+  auto rest = rest_body(*level, *material);
+  if (!rest) return std::unexpected(rest.error());
+
   const double h = dt / substeps;
-  Motion motion(*level, *material, *run, h);
+  Motion motion(*level, std::move(*rest), *run, h);
   Trajectory out;
   motion.record(0, out);
   std::size_t next_snapshot = 0;

@@ -21,11 +21,7 @@ constexpr int kMaxIterations = 1000;
 }  // namespace
 
 Result<std::vector<double>> natural_frequencies(const Level& level, const Material& material, int count) {
-  sim::fem::FemMaterial m;
-  m.young = material.young;
-  m.poisson = material.poisson;
-  m.density = material.density;
-  auto rest = sim::fem::make_rest_body(level.mesh, m, 1e15);
+  auto rest = rest_body(level, material);
   if (!rest) return std::unexpected(rest.error());
 
   const std::vector<char> fixed = level.fixed_dofs();

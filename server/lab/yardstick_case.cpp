@@ -58,9 +58,19 @@ Result<void> read_tets(const Json& value, sim::TetMesh& mesh, const std::string&
   return {};
 }
 
+// A list that may be left out.
+Result<Json> list(const Json& object, const char* name, const std::string& field) {
+  if (!object.contains(name)) return Json::array();
+  if (!object[name].is_array()) return invalid(text(field, name), "must be a list");
+  return object[name];
+}
+
 Result<void> read_supports(const Json& json, Level& level, const std::string& file) {
-  for (std::size_t i = 0; i < json.value("dirichlet", Json::array()).size(); ++i) {
-    const Json& row = json["dirichlet"][i];
+  const auto dirichlet = list(json, "dirichlet", file + ": "), loads = list(json, "loads", file + ": ");
+  if (!dirichlet) return std::unexpected(dirichlet.error());
+  if (!loads) return std::unexpected(loads.error());
+  for (std::size_t i = 0; i < dirichlet->size(); ++i) {
+    const Json& row = (*dirichlet)[i];
     const std::string at = text(file, ": dirichlet[", i, "]");
     if (!row.is_array() || row.size() != 3) return invalid(at, "must be [node, dof, value]");
     auto node = index(row[0], level.mesh.node_count(), at);
@@ -72,8 +82,8 @@ Result<void> read_supports(const Json& json, Level& level, const std::string& fi
     level.dirichlet.push_back({*node, *dof, *value});
   }
   level.loads = Eigen::VectorXd::Zero(3 * level.mesh.node_count());
-  for (std::size_t i = 0; i < json.value("loads", Json::array()).size(); ++i) {
-    const Json& row = json["loads"][i];
+  for (std::size_t i = 0; i < loads->size(); ++i) {
+    const Json& row = (*loads)[i];
     const std::string at = text(file, ": loads[", i, "]");
     if (!row.is_array() || row.size() != 4) return invalid(at, "must be [node, fx, fy, fz]");
     auto node = index(row[0], level.mesh.node_count(), at);
@@ -123,10 +133,14 @@ Result<Level> read_level(const std::filesystem::path& case_dir, const std::strin
     if (velocities->size() != level.mesh.X.size()) return invalid(file + ": initial_velocity", "must have one row a node");
     level.initial_velocity = std::move(*velocities);
   }
-  if (json->contains("sets") && (*json)["sets"].contains("tip") && !(*json)["sets"]["tip"].empty()) {
-    auto tip = index((*json)["sets"]["tip"][0], level.mesh.node_count(), file + ": sets.tip[0]");
-    if (!tip) return std::unexpected(tip.error());
-    level.tip = *tip;
+  if (json->contains("sets")) {
+    const auto tips = list((*json)["sets"], "tip", file + ": sets.");
+    if (!tips) return std::unexpected(tips.error());
+    if (!tips->empty()) {
+      auto tip = index((*tips)[0], level.mesh.node_count(), file + ": sets.tip[0]");
+      if (!tip) return std::unexpected(tip.error());
+      level.tip = *tip;
+    }
   }
   if (auto valid = sim::validate(level.mesh, file + ": "); !valid) return std::unexpected(valid.error());
   return level;
@@ -136,7 +150,7 @@ Result<Material> read_material(const std::filesystem::path& case_dir, const Mate
   const std::string file = (case_dir / "case.json").string();
   auto json = read_json(file);
   if (!json) return std::unexpected(json.error());
-  const Json m = json->value("material", Json::object());
+  const Json m = json->contains("material") ? (*json)["material"] : Json();
   const auto read = [&](const char* name, const std::optional<double>& instead) -> Result<double> {
     if (instead) return *instead;
     const std::string field = text(file, ": material.", name);
@@ -150,10 +164,19 @@ Result<Material> read_material(const std::filesystem::path& case_dir, const Mate
   if (!poisson) return std::unexpected(poisson.error());
   auto density = read("rho", std::nullopt);
   if (!density) return std::unexpected(density.error());
-  if (!(*young > 0)) return invalid("E", text("is ", *young, ", must be above 0"));
-  if (!(*poisson > -1 && *poisson < 0.5)) return invalid("nu", text("is ", *poisson, ", must be in (-1, 0.5)"));
-  if (!(*density > 0)) return invalid("rho", text("is ", *density, ", must be above 0"));
+  if (!(*young > 0 && *young <= sim::fem::kMaxYoung)) return invalid("E", text("is ", *young, ", must be in (0, 1e13]"));
+  if (!(*poisson >= 0 && *poisson < 0.5)) return invalid("nu", text("is ", *poisson, ", must be in [0, 0.5)"));
+  if (!(*density > 0 && *density <= sim::fem::kMaxDensity)) return invalid("rho", text("is ", *density, ", must be in (0, 1e7]"));
   return Material{*young, *poisson, *density};
+}
+
+Result<sim::fem::RestBody> rest_body(const Level& level, const Material& material) {
+  constexpr double kNoClamp = 1e15;  // [1/m]
+  sim::fem::FemMaterial m;
+  m.young = material.young;
+  m.poisson = material.poisson;
+  m.density = material.density;
+  return sim::fem::make_rest_body(level.mesh, m, kNoClamp);
 }
 
 Result<Run> read_run(const std::filesystem::path& case_dir, const std::string& name) {
@@ -183,7 +206,9 @@ Result<Run> read_run(const std::filesystem::path& case_dir, const std::string& n
   if (!end) return std::unexpected(end.error());
   if (!(*end > 0 && *end <= 1e4)) return invalid(field + ".end", text("is ", *end, ", must be in (0, 1e4]"));
   run.end = *end;
-  for (const Json& t : r.value("snapshots", Json::array())) {
+  const auto snapshots = list(r, "snapshots", field + ".");
+  if (!snapshots) return std::unexpected(snapshots.error());
+  for (const Json& t : *snapshots) {
     auto time = number(t, field + ".snapshots");
     if (!time) return std::unexpected(time.error());
     run.snapshots.push_back(*time);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/error.h"
+#include "server/sim/fem/rest_body.h"
 #include "server/sim/mesh/tet_mesh.h"
 
 #include <filesystem>
@@ -57,5 +58,9 @@ Result<Json> read_json(const std::filesystem::path& file);
 Result<Level> read_level(const std::filesystem::path& case_dir, const std::string& level);
 Result<Material> read_material(const std::filesystem::path& case_dir, const MaterialOverride& override);
 Result<Run> read_run(const std::filesystem::path& case_dir, const std::string& name);
+
+// A level made of a material. The references know no clamped basis matrices: neither has this body. Errors: those of
+// make_rest_body.
+Result<sim::fem::RestBody> rest_body(const Level& level, const Material& material);
 
 }  // namespace crumple::lab
