@@ -1,0 +1,118 @@
+// usage: page_test.mjs BIN ROOT    Exit 0: passed; 77: no browser or no built page; 1: failed.
+// Starts crumple-server and crumple-viewer on free ports with the scene of three barrels, loads the page in headless
+// Chromium, and claims: pixels change while the world runs, stay while it is paused, and a click pushes a body.
+import { spawn } from 'node:child_process';
+import { existsSync } from 'node:fs';
+import { createRequire } from 'node:module';
+
+const [bin, root] = process.argv.slice(2);
+const web = `${root}/client/viewer/web`;
+const chromium = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
+if (!chromium || !existsSync(`${web}/dist/index.html`) || !existsSync(`${web}/node_modules/puppeteer-core`)) {
+  console.log('SKIPPED: needs Chromium and the built page');
+  process.exit(77);
+}
+const puppeteer = createRequire(`${web}/package.json`)('puppeteer-core');
+
+const children = [];
+const start = (program, args, pattern) => new Promise((resolve, reject) => {
+  const child = spawn(`${bin}/${program}`, args);
+  children.push(child);
+  let text = '';
+  const read = (data) => {
+    text += data;
+    const found = text.match(pattern);
+    if (found) resolve(found[0]);
+  };
+  child.stdout.on('data', read);
+  child.stderr.on('data', read);
+  child.on('exit', (code) => reject(new Error(`${program} ended with ${code}: ${text}`)));
+});
+
+const claim = (holds, what) => {
+  if (!holds) throw new Error(`not so: ${what}`);
+  console.log(`ok: ${what}`);
+};
+
+async function run() {
+  const server = await start('crumple-server', ['--listen', '127.0.0.1:0', '--scenes', `${root}/deploy/scenes`], /127\.0\.0\.1:\d+/);
+  const page = await start('crumple-viewer', ['--server', server, '--scene', 'barrels.json', '--port', '0'], /http:\/\/\S+/);
+  const browser = await puppeteer.launch({ executablePath: chromium, headless: true, protocolTimeout: 120000,
+    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-first-run',
+      '--disable-background-networking', '--disable-component-update', '--disable-sync', '--disable-quic', '--no-proxy-server'] });
+  try {
+    const tab = await browser.newPage();
+    await tab.setViewport({ width: 480, height: 320 });
+    const errors = [];
+    tab.on('pageerror', (error) => errors.push(error.message));
+    await tab.goto(page, { waitUntil: 'domcontentloaded', timeout: 60000 });
+    const until = (what, condition, ...args) => tab.waitForFunction(condition, { timeout: 60000, polling: 100 }, ...args)
+      .then(() => console.log(`ok: ${what}`));
+    const pixels = () => tab.evaluate(() => document.getElementById('view').toDataURL());
+    const step = () => tab.evaluate(() => Number(document.getElementById('timing').textContent.match(/step\s+(\d+)/)?.[1] ?? -1));
+    const click = (id) => tab.evaluate((name) => document.getElementById(name).click(), id);
+
+    await until('frames arrive', () => /step\s+\d+/.test(document.getElementById('timing').textContent));
+    const first = await pixels();
+    const at = await step();
+    await until('the world runs', (from) => Number(document.getElementById('timing').textContent.match(/step\s+(\d+)/)[1]) > from + 20, at);
+    claim(first !== await pixels(), 'pixels change while the world runs');
+
+    await until('the page knows that the world plays', () => document.getElementById('play').textContent === 'Pause');
+    await click('play');
+    await until('the world pauses', () => document.getElementById('play').textContent === 'Play');
+    // Frames still on their way come in; then the step stands.
+    let stood = await step();
+    for (let still = 0; still < 5;) {
+      await new Promise((resolve) => setTimeout(resolve, 100));
+      const now = await step();
+      still = now === stood ? still + 1 : 0;
+      stood = now;
+    }
+    const paused = await pixels();
+    claim(paused === await pixels(), 'pixels stay while it is paused');
+
+    // The middle of a barrel on the screen.
+    const target = await tab.evaluate(() => {
+      const { stage } = window.crumple;
+      const body = stage.bodies.find((b) => b.model === 'example_based');
+      const p = body.mesh.geometry.attributes.position;
+      const mean = stage.controls.target.clone().set(0, 0, 0);
+      for (let i = 0; i < p.count; ++i) mean.add({ x: p.getX(i) / p.count, y: p.getY(i) / p.count, z: p.getZ(i) / p.count });
+      const on = mean.clone().project(stage.camera);
+      const x = (on.x + 1) / 2 * window.innerWidth, y = (1 - on.y) / 2 * window.innerHeight;
+      const hit = stage.pick(x, y);
+      return { x, y, hit: hit && { id: hit.id, direction: hit.direction } };
+    });
+    claim(target.hit !== null, 'a barrel is under the pointer');
+    const along = () => tab.evaluate(({ id, direction }) => {
+      const p = window.crumple.stage.bodies[id].mesh.geometry.attributes.position;
+      let sum = 0;
+      for (let i = 0; i < p.count; ++i) sum += (p.getX(i) * direction[0] + p.getZ(i) * direction[2]) / p.count;
+      return sum;
+    }, target.hit);
+    const before = await along();
+    await tab.mouse.click(target.x, target.y);
+    for (let k = 1; k <= 10; ++k) {
+      await click('step');
+      await until(`step ${k}`, (wanted) => Number(document.getElementById('timing').textContent.match(/step\s+(\d+)/)[1]) >= wanted, stood + k);
+    }
+    claim(await along() > before + 0.01, 'the click pushed the barrel along the line of sight');
+    claim(errors.length === 0, `the page raised no error ${errors.join('; ')}`);
+  } finally {
+    await browser.close();
+  }
+}
+
+let failed = false;
+try {
+  await run();
+} catch (error) {
+  failed = true;
+  console.log(error.stack ?? String(error));
+}
+for (const child of children) {
+  child.removeAllListeners('exit');
+  child.kill('SIGTERM');
+}
+process.exit(failed ? 1 : 0);
