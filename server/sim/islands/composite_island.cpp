@@ -213,10 +213,14 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
     differs = contact::refresh_rows(island.rows, u, options.may_pull);
   }
   solution.finite = b.allFinite() && x.allFinite();
-  if (!solution.finite) x = start;
+  if (!solution.finite) {  // nothing of it may reach a rigid body or the next step
+    x = start;
+    for (ContactRow& row : island.rows) row.active = false;
+    return solution;
+  }
 
   for (int k = 0; k < rows.size(); ++k) contact::set_outcome(island.rows[k], rows.relative_velocity(k, x));
-  if (solution.finite && !system.anything_fixed()) system.remove_net_momentum_error(x, b);
+  if (!system.anything_fixed()) system.remove_net_momentum_error(x, b);
   gather_rigid_outcome(island, system.first_block(), solution);
   return solution;
 }

@@ -62,7 +62,8 @@ struct IslandSolution {
   // Iterations over all passes; residual and convergence of the last one.
   linear_solver::SolveReport report;
   int passes = 0;
-  bool finite = true;                    // false: bad input (velocities, forces); velocities are those of the start
+  bool finite = true;                    // false: bad input (velocities, forces); `velocity` is that of the start, rigid
+                                         // and impulses are empty, no row is active
   Eigen::VectorXd velocity;              // 3 a block: nodes of island.soft in order, then v and w of island.rigid
   std::vector<int> soft_start;           // of each body of island.soft in `velocity`, and one more [scalars]
   std::vector<RigidVelocity> rigid;

@@ -139,12 +139,16 @@ TEST(CompositeIslands, NonFiniteIslandIsReportedAndOthersGoOnBitForBit) {
     s->add_soft(kCells, kUnit, Vec3(0, -0.01, 0));
     s->add_soft(kCells, kUnit, Vec3(5, -0.01, 0));
   }
+  RigidBox& box = scene.add_rigid(kUnit, Vec3(0.5, 1.48, 0.5), 100, true);  // on the body that goes bad
   scene.soft[0].state.v[3].x() = std::numeric_limits<double>::quiet_NaN();
   for (int k = 0; k < 5; ++k) {
     scene.step();
     reference.step();
   }
   EXPECT_FALSE(scene.solutions[0].finite);
+  EXPECT_TRUE(scene.solutions[0].impulses.empty());
+  EXPECT_TRUE(box.v.allFinite());
+  for (const contact::FrictionMemory::Entry& entry : scene.memory.entries) EXPECT_TRUE(entry.impulse.allFinite());
   EXPECT_TRUE(scene.solutions[1].finite);
   for (std::size_t i = 0; i < scene.soft[1].state.v.size(); ++i)
     EXPECT_EQ(scene.soft[1].state.v[i], reference.soft[1].state.v[i]);
