@@ -45,8 +45,10 @@ struct SolveCommand {
     if (!loaded) return fail(loaded.error());
     auto m = lab::read_material(case_dir, material);
     if (!m) return fail(m.error());
-    const auto solution = lab::solve_static(*loaded, *m, model == "linear" ? lab::Model::linear : lab::Model::corotational,
-                                            precision == "float" ? lab::Precision::single : lab::Precision::double_);
+    const auto solved = lab::solve_static(*loaded, *m, model == "linear" ? lab::Model::linear : lab::Model::corotational,
+                                          precision == "float" ? lab::Precision::single : lab::Precision::double_);
+    if (!solved) return fail(solved.error());
+    const lab::StaticSolution& solution = *solved;
     const Json outcome{{"converged", solution.converged}, {"residual", solution.residual}, {"iterations", solution.iterations}};
     if (!solution.converged) {
       print(outcome);

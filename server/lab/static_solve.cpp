@@ -6,6 +6,7 @@
 #include <Eigen/SparseCholesky>
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 
 namespace crumple::lab {
@@ -77,6 +78,7 @@ class Structure {
       : level_(level), free_(level.fixed_dofs()), rest_(std::move(rest)), plastic_(level.mesh.tets.size(), Mat3::Zero()),
         x_(level.mesh.X) {}
   const FreeDofs& free() const { return free_; }
+  const std::vector<Vec3>& x() const { return x_; }  // where they were placed last
 
   Eigen::VectorXd internal_forces(const Eigen::VectorXd& u) {
     place(u);
@@ -118,6 +120,15 @@ double relative_residual(const FreeDofs& free, const Eigen::VectorXd& internal, 
   return scale == 0 ? 0 : free.gather(internal + load).norm() / scale;
 }
 
+// What rounding alone leaves of the free residual, relative: positions, and so strains, are known to eps |x|, which
+// under a small load on a large body is more than kTolerance of the forces. |eps |K| |x||, K being the tangent at u.
+double rounding_floor(const FreeDofs& free, const Sparse& K, const std::vector<Vec3>& x, double scale) {
+  Eigen::VectorXd size(K.cols());
+  for (std::size_t n = 0; n < x.size(); ++n) size.segment<3>(3 * n) = x[n].cwiseAbs();
+  const Eigen::VectorXd noise = std::numeric_limits<double>::epsilon() * (K.cwiseAbs() * size);
+  return scale == 0 ? 0 : free.gather(noise).norm() / scale;
+}
+
 // Newton from u, whose fixed dofs are in place and stay. A step is halved until the residual falls or the potential
 // does: a slender part that turns must pass through states of larger residual. Where the exact tangent is indefinite the
 // fixed-rotation one, which never is, gives the direction; both point downhill.
@@ -127,6 +138,10 @@ Newton newton(Structure& structure, const Eigen::VectorXd& load, Precision preci
   Eigen::VectorXd internal = structure.internal_forces(u);
   report.residual = relative_residual(free, internal, load);
   while (report.residual > kTolerance && report.iterations < kMaxNewton) {
+    // A step that gains nothing more at the level of rounding is the last.
+    const double scale = std::max(load.norm(), internal.norm()), last = report.residual;
+    const double floor = rounding_floor(free, structure.tangent(u, sim::fem::Tangent::fixed_rotation), structure.x(), scale);
+    const auto settled = [&] { return report.residual <= floor && report.residual > 0.5 * last; };
     ++report.iterations;
     DirectSolver solver(precision);
     if (!solver.factor(free.gather(structure.tangent(u, sim::fem::Tangent::exact))) &&
@@ -140,7 +155,11 @@ Newton newton(Structure& structure, const Eigen::VectorXd& load, Precision preci
     const double slope = -free.gather(internal + load).dot(direction);
     double step = 1;
     for (;; step *= 0.5) {
-      if (step < 1e-4) return report;
+      if (step < 1e-4) {
+        report.converged = last <= floor;
+        if (report.converged) free.scatter(from, u);
+        return report;
+      }
       free.scatter(from + step * direction, u);
       internal = structure.internal_forces(u);
       const double after = free.gather(internal + load).norm();
@@ -150,6 +169,10 @@ Newton newton(Structure& structure, const Eigen::VectorXd& load, Precision preci
       if (step == 1 && relative_residual(free, internal, load) <= kTolerance) break;
     }
     report.residual = relative_residual(free, internal, load);
+    if (settled()) {
+      report.converged = true;
+      return report;
+    }
   }
   report.converged = report.residual <= kTolerance;
   return report;

@@ -16,8 +16,9 @@ struct StaticSolution {
 };
 
 // Static equilibrium of a level's mesh under its supports and dead loads: K u = f (linear), or Newton's method on the
-// corotational forces with the exact tangent until |r_free| <= 1e-10 max(|f_ext|, |f_int|), the load in steps where it
-// does not converge at once. Precision is that of matrix and factor: in single, the linear answer has single accuracy,
+// corotational forces with the exact tangent until |r_free| <= 1e-10 max(|f_ext|, |f_int|), or until it no longer falls
+// and is what the rounding of positions leaves (small loads on stiff bodies); the load in steps where it does not
+// converge at once. Precision is that of matrix and factor: in single, the linear answer has single accuracy,
 // and Newton, whose forces stay double, needs more iterations. Errors: those of rest_body.
 Result<StaticSolution> solve_static(const Level& level, const Material& material, Model model, Precision precision);
 
