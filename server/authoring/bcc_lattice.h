@@ -18,16 +18,18 @@ struct BccLattice {
   std::int64_t cell_count() const { return std::int64_t{cells[0]} * cells[1] * cells[2]; }
   // Ids run over all (cell, axis, quarter); those of a last cell along the axis do not exist.
   std::int64_t tet_slots() const { return 12 * cell_count(); }
-  std::int64_t node_slots() const { return std::int64_t{cells[0] + 1} * (cells[1] + 1) * (cells[2] + 1) + cell_count(); }
+  std::int64_t node_slots() const {
+    return std::int64_t{cells[0] + 1} * (cells[1] + 1) * (cells[2] + 1) + cell_count();
+  }
 
   // Tet `quarter` (0..3) around the edge from the centre of cell c to that of its neighbour along `axis`.
   std::int64_t tet_id(const std::array<int, 3>& c, int axis, int quarter) const;
   bool exists(std::int64_t tet) const;
 
-  std::array<std::int64_t, 4> nodes(std::int64_t tet) const;       // node ids, positive volume
+  std::array<std::int64_t, 4> nodes(std::int64_t tet) const;  // node ids, positive volume
   std::array<Vec3, 4> unit_corners(const std::array<int, 3>& c, int axis, int quarter) const;  // in cells, from origin
-  std::array<Vec3, 4> corners(std::int64_t tet) const;             // [m]
-  Vec3 position(std::int64_t node) const;                          // [m]
+  std::array<Vec3, 4> corners(std::int64_t tet) const;                                         // [m]
+  Vec3 position(std::int64_t node) const;                                                      // [m]
 
   struct Slot {
     std::array<int, 3> cell;

@@ -69,7 +69,8 @@ std::vector<Vec3> extreme_points(const sim::SurfaceMesh& surface) {
       const Vec3 direction(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
       if (direction.isZero()) continue;
       const auto height = [&](int v) { return direction.dot(surface.vertices[v]); };
-      out.push_back(surface.vertices[*std::max_element(part.begin(), part.end(), [&](int a, int b) { return height(a) < height(b); })]);
+      out.push_back(surface.vertices[*std::max_element(part.begin(), part.end(),
+                                                       [&](int a, int b) { return height(a) < height(b); })]);
     }
   }
   return out;
@@ -124,6 +125,18 @@ void snap_extremes(sim::TetMesh& mesh, Fitter& fitter, const sim::SurfaceMesh& s
   }
 }
 
+// Fill of the tets that have a boundary node; the others have not moved.
+void sample_fill(sim::TetMesh& mesh, const std::vector<int>& boundary, const WindingNumber& solid) {
+  std::vector<char> moved(mesh.X.size(), false);
+  for (const int node : boundary) moved[node] = true;
+  for (int t = 0; t < mesh.tet_count(); ++t) {
+    const auto& [a, b, c, d] = mesh.tets[t];
+    if (!moved[a] && !moved[b] && !moved[c] && !moved[d]) continue;
+    const double fraction = solid_fraction(solid, {mesh.X[a], mesh.X[b], mesh.X[c], mesh.X[d]});
+    mesh.fill[t] = std::max(EnclosingOptions{}.minimum_fill, fraction);
+  }
+}
+
 }  // namespace
 
 std::vector<int> nodes_at_solid(const sim::TetMesh& mesh, const sim::SurfaceMesh& surface, double reach) {
@@ -148,7 +161,7 @@ sim::TetMesh fitted_to_surface(const EnclosingMesh& enclosing, const sim::Surfac
     for (int sweep = 0; sweep < kSweeps; ++sweep)
       for (const int node : boundary) fitter.move(node, distance.nearest(mesh.X[node]).point);
     snap_extremes(mesh, fitter, surface, boundary, 0.6 * h);
-    mesh.fill = solid_fractions(solid, mesh, EnclosingOptions{}.minimum_fill);
+    sample_fill(mesh, boundary, solid);
   }
   return mesh;
 }

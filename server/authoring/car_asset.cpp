@@ -21,25 +21,42 @@ PoseField buckle(double from, double to, double floor, double rise) {
 }
 
 PoseField crushed_front(const CarShape& s) {
-  const Dent push{.direction = -Vec3::UnitX(), .face = -s.length / 2, .depth = 0.20 * s.length, .zone = 0.46 * s.length,
-                  .centre = Vec3(0, 0.4 * s.height, 0), .swell = 0.06};
+  const Dent push{.direction = -Vec3::UnitX(),
+                  .face = -s.length / 2,
+                  .depth = 0.20 * s.length,
+                  .zone = 0.46 * s.length,
+                  .centre = Vec3(0, 0.4 * s.height, 0),
+                  .swell = 0.06};
   return sum(dent(push), buckle(0.18 * s.length, 0.5 * s.length, 0.45 * s.height, 0.16 * s.height));
 }
 
 PoseField crushed_rear(const CarShape& s) {
-  const Dent push{.direction = Vec3::UnitX(), .face = -s.length / 2, .depth = 0.17 * s.length, .zone = 0.42 * s.length,
-                  .centre = Vec3(0, 0.4 * s.height, 0), .swell = 0.06};
+  const Dent push{.direction = Vec3::UnitX(),
+                  .face = -s.length / 2,
+                  .depth = 0.17 * s.length,
+                  .zone = 0.42 * s.length,
+                  .centre = Vec3(0, 0.4 * s.height, 0),
+                  .swell = 0.06};
   return sum(dent(push), buckle(-0.5 * s.length, -0.22 * s.length, 0.5 * s.height, 0.13 * s.height));
 }
 
 PoseField dented_side(const CarShape& s, double side) {
-  return dent({.direction = Vec3(0, 0, -side), .face = -s.width / 2, .depth = 0.30 * s.width, .zone = 0.8 * s.width,
-               .centre = Vec3(0.02 * s.length, 0.5 * s.height, 0), .footprint = Vec3(0.27 * s.length, 1.0 * s.height, 1e9)});
+  return dent({.direction = Vec3(0, 0, -side),
+               .face = -s.width / 2,
+               .depth = 0.30 * s.width,
+               .zone = 0.8 * s.width,
+               .centre = Vec3(0.02 * s.length, 0.5 * s.height, 0),
+               .footprint = Vec3(0.27 * s.length, 1.0 * s.height, 1e9)});
 }
 
 PoseField roof_flattened(const CarShape& s) {
-  return dent({.direction = -Vec3::UnitY(), .face = -s.height, .depth = 0.30 * s.height, .zone = 0.62 * s.height,
-               .centre = Vec3(-0.1 * s.length, 0, 0), .footprint = Vec3(0.42 * s.length, 1e9, 1e9), .swell = 0.10});
+  return dent({.direction = -Vec3::UnitY(),
+               .face = -s.height,
+               .depth = 0.30 * s.height,
+               .zone = 0.62 * s.height,
+               .centre = Vec3(-0.1 * s.length, 0, 0),
+               .footprint = Vec3(0.42 * s.length, 1e9, 1e9),
+               .swell = 0.10});
 }
 
 bool in_wheel(const CarSurface& car, int wheel, const Vec3& X, double slack) {
@@ -48,7 +65,8 @@ bool in_wheel(const CarSurface& car, int wheel, const Vec3& X, double slack) {
 }
 
 // A hub each and the rest by place_handles: a wheel with bones on its tread would be drawn out of shape.
-std::vector<Vec3> place_bones(const CarSurface& car, int count, const sim::TetMesh& mesh, const std::vector<int>& surface) {
+std::vector<Vec3> place_bones(const CarSurface& car, int count, const sim::TetMesh& mesh,
+                              const std::vector<int>& surface) {
   std::vector<int> body;
   for (const int node : surface) {
     bool wheel = false;

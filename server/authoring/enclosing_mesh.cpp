@@ -44,9 +44,11 @@ std::optional<CoveredLattice> cover_with(const Solid& solid, double h) {
 Result<CoveredLattice> cover_at_cell_size(const Solid& solid, double h) {
   auto covered = cover_with(solid, h);
   if (!covered)
-    return invalid("cell_size", text("is ", h, " m, which gives more than ", kMaxCells, " lattice cells around the surface"));
+    return invalid("cell_size",
+                   text("is ", h, " m, which gives more than ", kMaxCells, " lattice cells around the surface"));
   if (covered->tets > sim::kMaxTets)
-    return invalid("cell_size", text("is ", h, " m, which gives ", covered->tets, " tets, must give at most ", sim::kMaxTets));
+    return invalid("cell_size",
+                   text("is ", h, " m, which gives ", covered->tets, " tets, must give at most ", sim::kMaxTets));
   return std::move(*covered);
 }
 
@@ -57,7 +59,8 @@ Result<CoveredLattice> cover_within_budget(const Solid& solid, int budget) {
   const double coarsest = extent(solid.surface);
   auto best = cover_with(solid, coarsest);
   if (!best || best->tets > budget)
-    return invalid("tet_budget", text("is ", budget, ", must be at least ", best ? best->tets : 0, " for this surface"));
+    return invalid("tet_budget",
+                   text("is ", budget, ", must be at least ", best ? best->tets : 0, " for this surface"));
   double too_fine = 0, h = coarsest * std::pow(static_cast<double>(best->tets) / budget, 1 / 2.5);
   for (int k = 0; k < kTries && best->tets < kGoodEnough * budget; ++k) {
     auto next = cover_with(solid, h);

@@ -7,20 +7,20 @@
 namespace crumple::authoring {
 
 struct EnclosingOptions {
-  double cell_size = 0;       // edge of a lattice cell [m]; 0: the finest that stays within tet_budget
-  int tet_budget = 5000;      // used where cell_size is 0
-  double minimum_fill = 0.02; // floor of TetMesh::fill, so that open sheets and slivers of solid keep stiffness and
-                              // mass: an open sheet of no thickness acts like a plate of about 0.03 cells
+  double cell_size = 0;        // edge of a lattice cell [m]; 0: the finest that stays within tet_budget
+  int tet_budget = 5000;       // used where cell_size is 0
+  double minimum_fill = 0.02;  // floor of TetMesh::fill, so that open sheets and slivers of solid keep stiffness and
+                               // mass: an open sheet of no thickness acts like a plate of about 0.03 cells
 };
 
 // What was made, and what a user should know about it.
 struct EnclosingReport {
-  double cell_size = 0;       // [m]
-  int cut_tets = 0;           // tets that the surface passes through
-  int floored_tets = 0;       // tets whose fill was raised to minimum_fill
-  int bodies = 0;             // parts that hang together by faces; each is a separate body to a solver
-  int pinched_nodes = 0;      // nodes where tets meet that are not joined by faces around the node: hinges without
-                              // bending stiffness. Kept as they are
+  double cell_size = 0;   // [m]
+  int cut_tets = 0;       // tets that the surface passes through
+  int floored_tets = 0;   // tets whose fill was raised to minimum_fill
+  int bodies = 0;         // parts that hang together by faces; each is a separate body to a solver
+  int pinched_nodes = 0;  // nodes where tets meet that are not joined by faces around the node: hinges without
+                          // bending stiffness. Kept as they are
 };
 
 struct EnclosingMesh {

@@ -9,7 +9,8 @@ namespace {
 // The remaining points, each with its nearest other one.
 class ClosestPairs {
  public:
-  ClosestPairs(const std::vector<Vec3>& X, std::vector<int> ids) : X_(X), ids_(std::move(ids)), other_(ids_.size()), d2_(ids_.size()) {
+  ClosestPairs(const std::vector<Vec3>& X, std::vector<int> ids)
+      : X_(X), ids_(std::move(ids)), other_(ids_.size()), d2_(ids_.size()) {
     for (const Vec3& p : X) box_.extend(p);
     for (size_t i = 0; i < ids_.size(); ++i) find_nearest(i);
   }
@@ -60,7 +61,8 @@ class ClosestPairs {
 
 std::vector<int> surface_nodes(const std::vector<Tet>& tets) {
   std::vector<int> out;
-  for (const sim::SurfaceFace& face : sim::surface_faces(tets)) out.insert(out.end(), face.nodes.begin(), face.nodes.end());
+  for (const sim::SurfaceFace& face : sim::surface_faces(tets))
+    out.insert(out.end(), face.nodes.begin(), face.nodes.end());
   std::sort(out.begin(), out.end());
   out.erase(std::unique(out.begin(), out.end()), out.end());
   return out;

@@ -108,8 +108,8 @@ class Classifier {
       for (int d = 0; d < 3; ++d) {
         const double shift = d == axis ? 0.5 : 0.0;  // from centre to centre along the edge, a cell across
         lo[d] = std::max(0, static_cast<int>(std::floor(lower[d] - shift - kSlack)));
-        hi[d] = std::min(lattice_.cells[d] - (d == axis ? 2 : 1),
-                         static_cast<int>(std::floor(upper[d] - shift + kSlack)));
+        hi[d] =
+            std::min(lattice_.cells[d] - (d == axis ? 2 : 1), static_cast<int>(std::floor(upper[d] - shift + kSlack)));
       }
       for (int i = lo[0]; i <= hi[0]; ++i)
         for (int j = lo[1]; j <= hi[1]; ++j)
@@ -118,7 +118,8 @@ class Classifier {
   }
 
   void mark_block(const std::array<int, 3>& first, const WindingNumber& solid, const SurfaceDistance& distance) {
-    const Vec3 centre = lattice_.origin + lattice_.h * (Vec3(first[0], first[1], first[2]).array() + kBlock / 2.0).matrix();
+    const Vec3 centre =
+        lattice_.origin + lattice_.h * (Vec3(first[0], first[1], first[2]).array() + kBlock / 2.0).matrix();
     // Tets reach half a cell beyond the block along their edge.
     const double radius = lattice_.h * std::sqrt(3.0) * (kBlock / 2.0 + 0.5);
     const double w = solid(centre);
@@ -127,12 +128,25 @@ class Classifier {
     for (int i = first[0]; i < std::min(first[0] + kBlock, lattice_.cells[0]); ++i)
       for (int j = first[1]; j < std::min(first[1] + kBlock, lattice_.cells[1]); ++j)
         for (int k = first[2]; k < std::min(first[2] + kBlock, lattice_.cells[2]); ++k)
-          for (int slot = 0; slot < 12; ++slot) {
-            const std::int64_t id = lattice_.tet_id({i, j, k}, slot / 4, slot % 4);
-            if (cover_[id] == Cover::cut || !lattice_.exists(id)) continue;
-            const auto x = lattice_.corners(id);
-            if (clear || solid.inside((x[0] + x[1] + x[2] + x[3]) / 4)) cover_[id] = Cover::solid;
-          }
+          for (int axis = 0; axis < 3; ++axis) mark_edge({i, j, k}, axis, clear, solid);
+  }
+
+  // The four tets around a cell-centre edge. Where none is cut they are one piece of space, and its middle answers for
+  // all.
+  void mark_edge(const std::array<int, 3>& c, int axis, bool known_solid, const WindingNumber& solid) {
+    if (c[axis] + 1 >= lattice_.cells[axis]) return;
+    Cover* tets = &cover_[lattice_.tet_id(c, axis, 0)];
+    const bool whole = std::find(tets, tets + 4, Cover::cut) == tets + 4;
+    if (whole) {
+      Vec3 middle = Vec3(c[0], c[1], c[2]) + Vec3::Constant(0.5) + 0.5 * Vec3::Unit(axis);
+      if (known_solid || solid.inside(lattice_.origin + lattice_.h * middle)) std::fill(tets, tets + 4, Cover::solid);
+      return;
+    }
+    for (int q = 0; q < 4; ++q) {
+      if (tets[q] == Cover::cut) continue;
+      const auto x = lattice_.corners(lattice_.tet_id(c, axis, q));
+      if (known_solid || solid.inside((x[0] + x[1] + x[2] + x[3]) / 4)) tets[q] = Cover::solid;
+    }
   }
 
   const BccLattice& lattice_;

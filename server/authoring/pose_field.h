@@ -16,13 +16,13 @@ using PoseField = std::function<Vec3(const Vec3& X)>;  // rest position -> displ
 // displacement, away from the line through `centre` along `direction`.
 struct Dent {
   enum class Profile { crush, flatten } profile = Profile::crush;
-  Vec3 direction = -Vec3::UnitX();  // unit, inwards
-  double face = 0;                  // direction . X on the pushed side [m]
-  double depth = 0.1;               // [m]
-  double zone = 0.5;                // [m], crush only; above 1.5 depth, or the zone turns inside out
-  Vec3 centre = Vec3::Zero();       // [m]
+  Vec3 direction = -Vec3::UnitX();       // unit, inwards
+  double face = 0;                       // direction . X on the pushed side [m]
+  double depth = 0.1;                    // [m]
+  double zone = 0.5;                     // [m], crush only; above 1.5 depth, or the zone turns inside out
+  Vec3 centre = Vec3::Zero();            // [m]
   Vec3 footprint = Vec3::Constant(1e9);  // radii of the bell [m]
-  double swell = 0;                 // [-]
+  double swell = 0;                      // [-]
 };
 PoseField dent(const Dent& d);
 

@@ -82,7 +82,8 @@ Result<sim::example_based::ExampleSet> make_default_asset(const sim::SurfaceMesh
     add_example(*rig, kSides[side], dent(side_dent(box, side / 2, side % 2 == 1, options.depth)));
 
   const int slabs = options.convex_parts > 0 ? options.convex_parts : slab_count(box.sizes());
-  rig->set.convex_parts = hull_parts_along_longest_axis(rig->set.mesh.X, rig->surface, slabs, rig->report.cell_size / 2);
+  rig->set.convex_parts =
+      hull_parts_along_longest_axis(rig->set.mesh.X, rig->surface, slabs, rig->report.cell_size / 2);
   if (auto valid = sim::example_based::validate(rig->set, "asset"); !valid) return std::unexpected(valid.error());
   return std::move(rig->set);
 }

@@ -6,11 +6,12 @@
 namespace crumple::authoring {
 
 // What every generated asset shares: tets drawn onto the surface (boundary_fit.h), bones on them (handle_placement.h),
-// weights (handle_weights.h), and the surface itself as the graphical mesh. Examples and convex parts are for the caller to add.
+// weights (handle_weights.h), and the surface itself as the graphical mesh. Examples and convex parts are for the
+// caller to add.
 struct Rig {
-  sim::example_based::ExampleSet set;   // mesh, W, render; examples = {rest}
-  std::vector<Vec3> bones;              // rest positions [m]
-  std::vector<int> surface;             // ids of nodes to collide by (nodes_at_solid, a tenth of a cell), ascending
+  sim::example_based::ExampleSet set;  // mesh, W, render; examples = {rest}
+  std::vector<Vec3> bones;             // rest positions [m]
+  std::vector<int> surface;            // ids of nodes to collide by (nodes_at_solid, a tenth of a cell), ascending
   EnclosingReport report;
 };
 
@@ -25,10 +26,10 @@ void add_example(Rig& rig, const std::string& name, const PoseField& field,
                  BoneRotations rotations = BoneRotations::none);
 
 struct DefaultAssetOptions {
-  EnclosingOptions enclosing;    // cell size or tet budget
+  EnclosingOptions enclosing;  // cell size or tet budget
   int bones = 24;
-  double depth = 0.25;           // of the extent along the push, how far a side goes in, (0, 0.6]
-  int convex_parts = 0;          // slabs along the longest axis; 0: its ratio to the second longest, at most 6
+  double depth = 0.25;   // of the extent along the push, how far a side goes in, (0, 0.6]
+  int convex_parts = 0;  // slabs along the longest axis; 0: its ratio to the second longest, at most 6
 };
 
 // A rig for any surface without one: rest, and one crushed pose for each side of its box ("crushed_min_x" ...), so that

@@ -39,12 +39,4 @@ double solid_fraction(const WindingNumber& solid, const std::array<Vec3, 4>& cor
   return static_cast<double>(inside) / kFillSamples;
 }
 
-std::vector<double> solid_fractions(const WindingNumber& solid, const sim::TetMesh& mesh, double minimum) {
-  std::vector<double> fill;
-  fill.reserve(mesh.tets.size());
-  for (const Tet& t : mesh.tets)
-    fill.push_back(std::max(minimum, solid_fraction(solid, {mesh.X[t[0]], mesh.X[t[1]], mesh.X[t[2]], mesh.X[t[3]]})));
-  return fill;
-}
-
 }  // namespace crumple::authoring

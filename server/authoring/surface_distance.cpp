@@ -46,8 +46,7 @@ SurfaceDistance::Nearest SurfaceDistance::nearest(const Vec3& p) const {
     const TriangleBvh::Node& node = tree_.nodes[id];
     if (box_distance2(node, p) >= best2) continue;
     if (!node.leaf()) {
-      const bool left_first =
-          box_distance2(tree_.nodes[id + 1], p) <= box_distance2(tree_.nodes[node.right], p);
+      const bool left_first = box_distance2(tree_.nodes[id + 1], p) <= box_distance2(tree_.nodes[node.right], p);
       stack[top++] = left_first ? node.right : id + 1;
       stack[top++] = left_first ? id + 1 : node.right;
       continue;

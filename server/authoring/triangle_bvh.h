@@ -13,15 +13,15 @@ struct TriangleBvh {
   static constexpr int kLeafTriangles = 4;
 
   struct Node {
-    Vec3 lower, upper;   // box of the triangles below [m]
-    int first, count;    // their range in `corners`
-    int right = -1;      // right child; the left one is the next node; -1: a leaf
+    Vec3 lower, upper;  // box of the triangles below [m]
+    int first, count;   // their range in `corners`
+    int right = -1;     // right child; the left one is the next node; -1: a leaf
     bool leaf() const { return right < 0; }
   };
 
-  std::vector<Node> nodes;                     // nodes[0] is the root; empty for an empty surface
-  std::vector<std::array<Vec3, 3>> corners;    // triangle corners in tree order [m]
-  std::vector<int> triangle;                   // their ids in the surface
+  std::vector<Node> nodes;                   // nodes[0] is the root; empty for an empty surface
+  std::vector<std::array<Vec3, 3>> corners;  // triangle corners in tree order [m]
+  std::vector<int> triangle;                 // their ids in the surface
 
   TriangleBvh() = default;
   explicit TriangleBvh(const sim::SurfaceMesh& surface);

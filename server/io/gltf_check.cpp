@@ -38,8 +38,10 @@ int nesting(std::string_view json) {
   for (std::size_t k = 0; k < json.size(); ++k) {
     const char c = json[k];
     if (in_string) {
-      if (c == '\\') ++k;
-      else if (c == '"') in_string = false;
+      if (c == '\\')
+        ++k;
+      else if (c == '"')
+        in_string = false;
     } else if (c == '"') {
       in_string = true;
     } else if (c == '{' || c == '[') {
@@ -63,7 +65,8 @@ Result<void> check_nodes(const nlohmann::json& nodes, const std::string& name) {
     if (!children->is_array()) return invalid(name, text("nodes[", i, "].children is not a list"));
     for (const auto& child : *children) {
       const std::int64_t c = child.is_number_integer() ? child.get<std::int64_t>() : -1;
-      if (c < 0 || c >= static_cast<std::int64_t>(n)) return invalid(name, text("nodes[", i, "].children names no node"));
+      if (c < 0 || c >= static_cast<std::int64_t>(n))
+        return invalid(name, text("nodes[", i, "].children names no node"));
       if (parent[c] >= 0) return invalid(name, text("nodes[", c, "] has two parents"));
       parent[c] = static_cast<std::int64_t>(i);
     }
@@ -72,7 +75,8 @@ Result<void> check_nodes(const nlohmann::json& nodes, const std::string& name) {
     int levels = 0;
     for (std::int64_t p = parent[i]; p >= 0; p = parent[p])
       if (++levels > kMaxNodeLevels)
-        return invalid(name, text("nodes[", i, "] lies in a loop of nodes, or more than ", kMaxNodeLevels, " levels deep"));
+        return invalid(name,
+                       text("nodes[", i, "] lies in a loop of nodes, or more than ", kMaxNodeLevels, " levels deep"));
   }
   return {};
 }
@@ -98,13 +102,13 @@ Result<void> check_gltf(std::string_view content, const std::string& name) {
   const nlohmann::json json = nlohmann::json::parse(*text_of, nullptr, false);
   if (!json.is_object()) return invalid(name, "cannot be read: it is not a JSON document");
   const auto asset = json.find("asset");
-  const bool versioned = asset != json.end() && asset->is_object() && asset->contains("version") && (*asset)["version"].is_string();
+  const bool versioned =
+      asset != json.end() && asset->is_object() && asset->contains("version") && (*asset)["version"].is_string();
   if (!versioned || !(*asset)["version"].get<std::string>().starts_with("2"))
     return invalid(name, "is not glTF 2: asset.version must begin with 2");
   if (const auto nodes = json.find("nodes"); nodes != json.end())
     if (auto valid = check_nodes(*nodes, name); !valid) return valid;
-  if (const auto accessors = json.find("accessors"); accessors != json.end())
-    return check_accessors(*accessors, name);
+  if (const auto accessors = json.find("accessors"); accessors != json.end()) return check_accessors(*accessors, name);
   return {};
 }
 

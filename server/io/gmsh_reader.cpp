@@ -125,7 +125,8 @@ Result<ImportedTets> read_gmsh(std::string_view content, const std::string& name
     const std::string_view section = in.word_or_end();
     if (section.empty()) break;
     if (section.starts_with("$End")) continue;
-    if (!section.starts_with('$')) return in.fault(text("'", section.substr(0, 40), "' stands where a section must begin"));
+    if (!section.starts_with('$'))
+      return in.fault(text("'", section.substr(0, 40), "' stands where a section must begin"));
     if (section == "$Nodes")
       *version == 2 ? read_nodes_2(in, out) : read_nodes_4(in, out);
     else if (section == "$Elements")

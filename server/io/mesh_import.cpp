@@ -170,7 +170,8 @@ Result<ImportedSurface> import_surface(const std::filesystem::path& file) {
 
   Merger merger;
   std::vector<char> used;
-  const auto read = has_ending(file, {".ply"}) ? read_by_ourselves(file, merger, used) : read_by_assimp(file, merger, used);
+  const auto read =
+      has_ending(file, {".ply"}) ? read_by_ourselves(file, merger, used) : read_by_assimp(file, merger, used);
   if (!read) return std::unexpected(read.error());
   ImportedSurface& out = merger.out;
   out.merged_vertices -= static_cast<int>(out.mesh.vertices.size());

@@ -24,10 +24,10 @@ std::optional<Number> number_type(std::string_view name) {
   constexpr struct {
     std::string_view name;
     Number type;
-  } kTypes[] = {{"char", {integer, 1}},   {"int8", {integer, 1}},   {"uchar", {natural, 1}}, {"uint8", {natural, 1}},
-                {"short", {integer, 2}},  {"int16", {integer, 2}},  {"ushort", {natural, 2}}, {"uint16", {natural, 2}},
-                {"int", {integer, 4}},    {"int32", {integer, 4}},  {"uint", {natural, 4}},  {"uint32", {natural, 4}},
-                {"float", {real, 4}},     {"float32", {real, 4}},   {"double", {real, 8}},   {"float64", {real, 8}}};
+  } kTypes[] = {{"char", {integer, 1}},  {"int8", {integer, 1}},  {"uchar", {natural, 1}},  {"uint8", {natural, 1}},
+                {"short", {integer, 2}}, {"int16", {integer, 2}}, {"ushort", {natural, 2}}, {"uint16", {natural, 2}},
+                {"int", {integer, 4}},   {"int32", {integer, 4}}, {"uint", {natural, 4}},   {"uint32", {natural, 4}},
+                {"float", {real, 4}},    {"float32", {real, 4}},  {"double", {real, 8}},    {"float64", {real, 8}}};
   for (const auto& t : kTypes)
     if (t.name == name) return t.type;
   return std::nullopt;
@@ -82,9 +82,13 @@ Result<Header> read_header(TokenReader& in) {
     if (word == "end_header") break;
     if (word == "format") {
       const std::string_view format = in.word();
-      if (format == "binary_little_endian") header.format = Format::little;
-      else if (format == "binary_big_endian") header.format = Format::big;
-      else if (format != "ascii") return in.fault(text("format is '", format.substr(0, 40), "', must be ascii, binary_little_endian or binary_big_endian"));
+      if (format == "binary_little_endian")
+        header.format = Format::little;
+      else if (format == "binary_big_endian")
+        header.format = Format::big;
+      else if (format != "ascii")
+        return in.fault(
+            text("format is '", format.substr(0, 40), "', must be ascii, binary_little_endian or binary_big_endian"));
       in.next_line();
     } else if (word == "element") {
       Element e;
@@ -132,13 +136,17 @@ class Body {
     unsigned char raw[8];
     std::memcpy(raw, bytes_.data() + at_, type.bytes);
     at_ += type.bytes;
-    if ((format_ == Format::little) != (std::endian::native == std::endian::little)) std::reverse(raw, raw + type.bytes);
+    if ((format_ == Format::little) != (std::endian::native == std::endian::little))
+      std::reverse(raw, raw + type.bytes);
     if (type.kind == Number::Kind::real) return type.bytes == 4 ? as<float>(raw) : as<double>(raw);
     const bool sign = type.kind == Number::Kind::integer;
     switch (type.bytes) {
-      case 1: return sign ? as<std::int8_t>(raw) : as<std::uint8_t>(raw);
-      case 2: return sign ? as<std::int16_t>(raw) : as<std::uint16_t>(raw);
-      default: return sign ? as<std::int32_t>(raw) : as<std::uint32_t>(raw);
+      case 1:
+        return sign ? as<std::int8_t>(raw) : as<std::uint8_t>(raw);
+      case 2:
+        return sign ? as<std::int16_t>(raw) : as<std::uint16_t>(raw);
+      default:
+        return sign ? as<std::int32_t>(raw) : as<std::uint32_t>(raw);
     }
   }
 
@@ -174,8 +182,10 @@ void read_face(TokenReader& in, Body& body, const Element& element, std::vector<
     for (std::int64_t k = body.next_length(*p.length); k > 0 && in.ok(); --k) {
       const double id = body.next(p.type);
       if (!corners) continue;
-      if (!(id >= 0 && id < 1e9)) in.fault(text("vertex id is ", id, ", must be that of a vertex"));
-      else ids.push_back(static_cast<int>(id));
+      if (!(id >= 0 && id < 1e9))
+        in.fault(text("vertex id is ", id, ", must be that of a vertex"));
+      else
+        ids.push_back(static_cast<int>(id));
     }
     if (ids.size() >= 3 && in.ok()) out.push_back(std::move(ids));
   }
@@ -199,9 +209,12 @@ Result<sim::SurfaceMesh> read_ply(std::string_view content, const std::string& n
   std::vector<std::vector<int>> polygons;  // they may come before the vertices
   for (const Element& element : header->elements)
     for (std::int64_t k = 0; k < element.count && in.ok(); ++k) {
-      if (element.name == "vertex") read_vertex(body, element, out);
-      else if (element.name == "face") read_face(in, body, element, polygons);
-      else skip_item(body, element);
+      if (element.name == "vertex")
+        read_vertex(body, element, out);
+      else if (element.name == "face")
+        read_face(in, body, element, polygons);
+      else
+        skip_item(body, element);
     }
   if (!in.ok()) return std::unexpected(in.error());
   for (std::vector<int>& ids : polygons) {

@@ -41,7 +41,8 @@ Result<ImportedTets> TetBuilder::build(const std::string& name) const {
     Tet tet;
     for (int k = 0; k < 4; ++k) {
       const auto at = id_of_.find(tets_[t][k]);
-      if (at == id_of_.end()) return invalid(text(name, ", tet ", t + 1), text("names node ", tets_[t][k], ", which is not there"));
+      if (at == id_of_.end())
+        return invalid(text(name, ", tet ", t + 1), text("names node ", tets_[t][k], ", which is not there"));
       tet[k] = at->second;
     }
     out.mesh.tets.push_back(tet);

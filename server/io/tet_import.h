@@ -9,9 +9,9 @@ namespace crumple::io {
 
 struct ImportedTets {
   sim::TetMesh mesh;
-  int flipped = 0;        // tets of negative volume, turned round
-  int unused_nodes = 0;   // nodes of no tet, dropped
-  int other_elements = 0; // points, lines, triangles ... of a gmsh file, left out
+  int flipped = 0;         // tets of negative volume, turned round
+  int unused_nodes = 0;    // nodes of no tet, dropped
+  int other_elements = 0;  // points, lines, triangles ... of a gmsh file, left out
 };
 
 // Reads a tet mesh by the file's ending: TetGen (.node or .ele; the other one must lie beside it), gmsh ASCII 2.x and

@@ -16,12 +16,12 @@ class TokenReader {
   TokenReader(std::string name, std::string_view text, char comment)
       : name_(std::move(name)), text_(text), comment_(comment) {}
 
-  std::string_view word();           // the next word; a fault at the end of the file
-  std::string_view word_or_end();    // the same; empty at the end of the file
-  std::string_view rest_of_line();   // what is left of the line, without comment; may be empty
-  void next_line();                  // skips what is left of the line
+  std::string_view word();          // the next word; a fault at the end of the file
+  std::string_view word_or_end();   // the same; empty at the end of the file
+  std::string_view rest_of_line();  // what is left of the line, without comment; may be empty
+  void next_line();                 // skips what is left of the line
 
-  double number(const char* what);   // finite
+  double number(const char* what);  // finite
   std::int64_t integer(const char* what, std::int64_t low, std::int64_t high);
 
   bool ok() const { return !failed_; }

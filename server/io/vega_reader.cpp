@@ -17,7 +17,8 @@ std::int64_t read_vertices(TokenReader& in, TetBuilder& out) {
   in.next_line();
   std::int64_t first = 0;
   for (std::int64_t n = 0; n < count && in.ok(); ++n) {
-    const std::int64_t id = n == 0 ? in.integer("first vertex's id", 0, 1) : in.integer("vertex id", first + n, first + n);
+    const std::int64_t id =
+        n == 0 ? in.integer("first vertex's id", 0, 1) : in.integer("vertex id", first + n, first + n);
     if (n == 0) first = id;
     const double x = in.number("x"), y = in.number("y"), z = in.number("z");
     in.next_line();

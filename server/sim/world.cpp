@@ -112,7 +112,11 @@ std::uint64_t World::state_hash() const {
   std::vector<double> rigid;
   impl_->rigid.append_state(rigid);
   hash.add(std::span<const double>(rigid));
-  for (const auto& held : impl_->friction.entries) hash.add(held.impulse);
+  for (const auto& held : impl_->friction.entries) {
+    for (int key : held.key) hash.add(static_cast<std::uint64_t>(key));
+    hash.add(held.impulse);
+    hash.add(static_cast<std::uint64_t>(held.slid));
+  }
   for (const Impl::ActiveForce& force : impl_->forces) hash.add(force.left);
   return hash.value();
 }

@@ -132,7 +132,8 @@ TEST(EnclosingMesh, BadInputIsAnError) {
   EXPECT_THAT(text(enclosing_mesh(broken)), HasSubstr("surface.vertices[3] is not finite"));
   EXPECT_THAT(text(enclosing_mesh({{Vec3::Ones(), Vec3::Ones(), Vec3::Ones()}, {{0, 1, 2}}})), HasSubstr("no extent"));
   EXPECT_THAT(text(enclosing_mesh(sphere, {.cell_size = 0.013})), HasSubstr("cell_size is 0.013 m, which gives"));
-  EXPECT_THAT(text(enclosing_mesh(sphere, {.cell_size = 1e-9})), HasSubstr("cell_size is 1e-09 m, which gives more than"));
+  EXPECT_THAT(text(enclosing_mesh(sphere, {.cell_size = 1e-9})),
+              HasSubstr("cell_size is 1e-09 m, which gives more than"));
   EXPECT_THAT(text(enclosing_mesh(sphere, {.cell_size = -1})), HasSubstr("cell_size is -1"));
   EXPECT_THAT(text(enclosing_mesh(sphere, {.tet_budget = 3})), HasSubstr("tet_budget is 3, must be at least"));
   EXPECT_THAT(text(enclosing_mesh(sphere, {.tet_budget = 0})), HasSubstr("tet_budget is 0"));

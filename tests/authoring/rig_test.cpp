@@ -54,7 +54,8 @@ double inverted_share(const ExampleSet& set, int e) {
   return static_cast<double>(inverted) / mesh.tet_count();
 }
 
-// ---- bones --------------------------------------------------------------------------------------------------------------
+// ---- bones
+// --------------------------------------------------------------------------------------------------------------
 TEST(PlaceHandles, LeavesTheCornersOfABox) {
   const auto enclosed = enclosing_mesh(box_surface({1, 0.6, 0.6}), {.cell_size = 0.2});
   const sim::TetMesh mesh = fitted_to_surface(*enclosed, box_surface({1, 0.6, 0.6}));
@@ -78,7 +79,8 @@ TEST(FarthestPoints, OfALineAreItsEndsAndItsMiddle) {
   EXPECT_EQ(farthest_points(X, ids, 99).size(), 9u);
 }
 
-// ---- the mesh drawn onto its surface --------------------------------------------------------------------------------------
+// ---- the mesh drawn onto its surface
+// --------------------------------------------------------------------------------------
 TEST(FittedToSurface, BringsTheBoundaryToTheSurface) {
   const sim::SurfaceMesh sphere = icosphere(1, 4);
   const auto enclosed = enclosing_mesh(sphere, {.cell_size = 0.25});
@@ -106,7 +108,8 @@ TEST(FittedToSurface, KeepsTheCornersOfABox) {
   }
 }
 
-// ---- poses ------------------------------------------------------------------------------------------------------------------
+// ---- poses
+// ------------------------------------------------------------------------------------------------------------------
 TEST(FitExample, ReproducesATranslationExactly) {
   auto rig = make_rig(icosphere(1, 3), {.cell_size = 0.4}, 10);
   ASSERT_TRUE(rig) << rig.error().text();
@@ -134,7 +137,8 @@ TEST(FitExample, ReproducesARotationWhereBonesMayTurn) {
 }
 
 TEST(PoseField, FlattenMovesWhatLiesBeforeThePlaneOntoIt) {
-  const PoseField field = dent({.profile = Dent::Profile::flatten, .direction = -Vec3::UnitX(), .face = -1, .depth = 0.4});
+  const PoseField field =
+      dent({.profile = Dent::Profile::flatten, .direction = -Vec3::UnitX(), .face = -1, .depth = 0.4});
   EXPECT_NEAR((Vec3(1, 0, 0) + field({1, 0, 0})).x(), 0.6, 1e-3);
   EXPECT_NEAR((Vec3(0.8, 0.3, 0) + field({0.8, 0.3, 0})).x(), 0.6, 1e-3);
   EXPECT_NEAR(field({0.2, 0, 0}).norm(), 0, 1e-4);
@@ -159,7 +163,8 @@ TEST(PoseField, KinkTurnsTheEndsTowardsEachOther) {
   EXPECT_NEAR(top.norm(), 1, 1e-9);
 }
 
-// ---- assets -------------------------------------------------------------------------------------------------------------------
+// ---- assets
+// -------------------------------------------------------------------------------------------------------------------
 TEST(BarrelAsset, IsValidAndDents) {
   const auto barrel = make_barrel_asset();
   ASSERT_TRUE(barrel) << barrel.error().text();
@@ -183,7 +188,8 @@ TEST(CarAsset, IsValidAndEachSideGivesWay) {
   const auto car = make_car_asset();
   ASSERT_TRUE(car) << car.error().text();
   EXPECT_TRUE(sim::example_based::validate(*car, "car"));
-  EXPECT_THAT(names(*car), ElementsAre("rest", "crushed_front", "crushed_rear", "dented_left", "dented_right", "roof_flattened"));
+  EXPECT_THAT(names(*car),
+              ElementsAre("rest", "crushed_front", "crushed_rear", "dented_left", "dented_right", "roof_flattened"));
   EXPECT_EQ(car->bone_count(), 32);
   EXPECT_GE(car->vertex_count(), 1000);
   EXPECT_LE(car->vertex_count(), 2500);

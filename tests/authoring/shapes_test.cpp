@@ -22,7 +22,8 @@ double volume(const sim::TetMesh& mesh) {
   return sum;
 }
 
-// ---- tet lattices -----------------------------------------------------------------------------------------------------
+// ---- tet lattices
+// -----------------------------------------------------------------------------------------------------
 class BoxLatticeTest : public testing::TestWithParam<Lattice> {};
 
 TEST_P(BoxLatticeTest, FillsTheBoxConformingly) {
@@ -42,7 +43,8 @@ TEST_P(BoxLatticeTest, FillsTheBoxConformingly) {
     bool flat = false;
     for (int d = 0; d < 3; ++d)
       for (const double plane : {bounds.min()[d], bounds.max()[d]})
-        flat = flat || std::all_of(face.nodes.begin(), face.nodes.end(), [&](int n) { return std::abs(mesh->X[n][d] - plane) < 1e-12; });
+        flat = flat || std::all_of(face.nodes.begin(), face.nodes.end(),
+                                   [&](int n) { return std::abs(mesh->X[n][d] - plane) < 1e-12; });
     EXPECT_TRUE(flat);
   }
 }
@@ -57,7 +59,8 @@ TEST(BoxMesh, CountsAreThoseOfTheBenchmarks) {
   EXPECT_EQ(centred_box_mesh({1, 1, 1}, {2, 2, 2}, Lattice::femfx)->tet_count(), 48);
   EXPECT_EQ(pane(2, 2, .05, {20, 20, 1}, Lattice::femfx)->tet_count(), 2400);
   // The locking study's BCC beams: 4800 tets and 3075 free unknowns, 576 and 468.
-  for (const auto& [cells, tets, unknowns] : {std::tuple(std::array{25, 4, 4}, 4800, 3075), {std::array{12, 2, 2}, 576, 468}}) {
+  for (const auto& [cells, tets, unknowns] :
+       {std::tuple(std::array{25, 4, 4}, 4800, 3075), {std::array{12, 2, 2}, 576, 468}}) {
     const auto bcc = beam({1, .16, .16}, cells, Lattice::bcc);
     EXPECT_EQ(bcc->tet_count(), tets);
     EXPECT_EQ(3 * (bcc->node_count() - static_cast<int>(nodes_on_side(bcc->X, Side::min_x).size())), unknowns);
@@ -72,7 +75,8 @@ TEST(BoxMesh, FemfxCellIsTheListedOne) {
   const int listed[6][4] = {{0, 1, 3, 4}, {1, 3, 4, 5}, {3, 5, 7, 4}, {1, 2, 3, 5}, {3, 2, 7, 5}, {2, 7, 5, 6}};
   for (int t = 0; t < 6; ++t)
     for (const int corner : listed[t])
-      EXPECT_TRUE(std::any_of(mesh->tets[t].begin(), mesh->tets[t].end(), [&](int n) { return (mesh->X[n] - v[corner]).norm() < 1e-15; }));
+      EXPECT_TRUE(std::any_of(mesh->tets[t].begin(), mesh->tets[t].end(),
+                              [&](int n) { return (mesh->X[n] - v[corner]).norm() < 1e-15; }));
 }
 
 TEST(BoxMesh, EveryKuhnTetHoldsTheDiagonal) {
@@ -102,7 +106,8 @@ TEST(NodeSets, SelectSidesAndBoxes) {
   EXPECT_TRUE(nodes_on_side({}, Side::min_x).empty());
 }
 
-// ---- surfaces ----------------------------------------------------------------------------------------------------------
+// ---- surfaces
+// ----------------------------------------------------------------------------------------------------------
 void expect_closed_and_outward(const sim::SurfaceMesh& surface, const char* what) {
   const test::EdgeCount edges = test::count_edges(surface);
   EXPECT_TRUE(sim::validate(surface, what));
@@ -112,10 +117,12 @@ void expect_closed_and_outward(const sim::SurfaceMesh& surface, const char* what
 }
 
 TEST(Surfaces, AreClosedOutwardSpheres) {
-  const std::pair<const char*, sim::SurfaceMesh> all[] = {
-      {"box", box_surface({1, 2, 3})},         {"icosphere", icosphere(1, 3)},
-      {"cylinder", cylinder_surface(1, 2, 16)}, {"barrel", barrel_surface()},
-      {"plain barrel", barrel_surface(plain_barrel())}, {"wheel", car_surface().wheels[0]}};
+  const std::pair<const char*, sim::SurfaceMesh> all[] = {{"box", box_surface({1, 2, 3})},
+                                                          {"icosphere", icosphere(1, 3)},
+                                                          {"cylinder", cylinder_surface(1, 2, 16)},
+                                                          {"barrel", barrel_surface()},
+                                                          {"plain barrel", barrel_surface(plain_barrel())},
+                                                          {"wheel", car_surface().wheels[0]}};
   for (const auto& [name, surface] : all) {
     expect_closed_and_outward(surface, name);
     EXPECT_EQ(test::euler_characteristic(surface), 2) << name;

@@ -38,7 +38,9 @@ TEST(SurfaceDistance, TreeFindsWhatASearchOfAllTrianglesFinds) {
     const Vec3 p(coordinate(random), coordinate(random), coordinate(random));
     double best = 1e9;
     for (const auto& [a, b, c] : sphere.triangles)
-      best = std::min(best, (nearest_point_on_triangle(p, {sphere.vertices[a], sphere.vertices[b], sphere.vertices[c]}) - p).norm());
+      best = std::min(
+          best,
+          (nearest_point_on_triangle(p, {sphere.vertices[a], sphere.vertices[b], sphere.vertices[c]}) - p).norm());
     EXPECT_DOUBLE_EQ(distance(p), best);
   }
 }

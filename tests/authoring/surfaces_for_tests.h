@@ -32,7 +32,8 @@ inline EdgeCount count_edges(const sim::SurfaceMesh& surface) {
 }
 
 inline int euler_characteristic(const sim::SurfaceMesh& surface) {
-  return static_cast<int>(surface.vertices.size()) - count_edges(surface).edges + static_cast<int>(surface.triangles.size());
+  return static_cast<int>(surface.vertices.size()) - count_edges(surface).edges +
+         static_cast<int>(surface.triangles.size());
 }
 
 // Without the triangles whose centroid is above `height` in z.

@@ -1,4 +1,5 @@
 #include "server/grpc/convert.h"
+#include "server/scene_convert/event_convert.h"
 
 #include <gtest/gtest.h>
 
@@ -38,13 +39,13 @@ TEST(ToStatus, ComesBackAsTheSameError) {
 TEST(ToMessage, EventsComeBackWhole) {
   const sim::Event event{.sequence = 9, .step = 4, .time = 0.5, .kind = sim::EventKind::frozen, .body = 3,
                          .point = Vec3(1, 2, 3), .magnitude = 7, .count = 5, .fragments = 6, .epoch = 8, .message = "held"};
-  const client::WorldEvent back = client::from_message(to_message(event));
+  const client::WorldEvent back = client::from_message(scene_convert::to_message(event));
   EXPECT_EQ(back.sequence, 9u);
   EXPECT_EQ(back.kind, client::EventKind::frozen);
   EXPECT_EQ(back.point, Vec3(1, 2, 3));
   EXPECT_EQ(back.fragments, 6);
   EXPECT_EQ(back.message, "held");
-  EXPECT_EQ(client::to_message(back).SerializeAsString(), to_message(event).SerializeAsString());
+  EXPECT_EQ(client::to_message(back).SerializeAsString(), scene_convert::to_message(event).SerializeAsString());
 }
 
 }  // namespace

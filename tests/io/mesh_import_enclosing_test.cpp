@@ -38,18 +38,19 @@ TEST_P(EverySharedMesh, BecomesAnAssetThatDents) {
   EXPECT_EQ(asset->render.triangles.size(), surface->mesh.triangles.size());
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Meshes, EverySharedMesh,
-    testing::Values("kaykit_car_sedan.obj", "kaykit_barrel_large.glb", "kaykit_barrel_small.glb", "kaykit_wall_cracked.glb",
-                    "kaykit_wall_gated.glb", "kaykit_pillar.glb", "kaykit_table_long.glb", "kaykit_lander_A.obj",
-                    "kenneykit_vehicle-truck-red.glb", "vega_simpleBridge.obj", "vega_towerCrane_resol166.obj",
-                    "vega_beam3_tet.obj", "od_spot_low.obj", "blender_rig_sample.glb"),
-    [](const auto& info) {
-      std::string name = info.param;
-      for (char& c : name)
-        if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
-      return name;
-    });
+INSTANTIATE_TEST_SUITE_P(Meshes, EverySharedMesh,
+                         testing::Values("kaykit_car_sedan.obj", "kaykit_barrel_large.glb", "kaykit_barrel_small.glb",
+                                         "kaykit_wall_cracked.glb", "kaykit_wall_gated.glb", "kaykit_pillar.glb",
+                                         "kaykit_table_long.glb", "kaykit_lander_A.obj",
+                                         "kenneykit_vehicle-truck-red.glb", "vega_simpleBridge.obj",
+                                         "vega_towerCrane_resol166.obj", "vega_beam3_tet.obj", "od_spot_low.obj",
+                                         "blender_rig_sample.glb"),
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           for (char& c : name)
+                             if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace crumple::io

@@ -20,7 +20,8 @@ double volume(const sim::TetMesh& mesh) {
   return sum;
 }
 
-// ---- shared files ----------------------------------------------------------------------------------------------------
+// ---- shared files
+// ----------------------------------------------------------------------------------------------------
 TEST(TetImport, ReadsTheSharedVegaBeam) {
   CRUMPLE_NEED_SHARED("meshes");
   const auto tets = import_tets(test::shared_data("meshes/vega_beam3_tet.veg"));
@@ -41,8 +42,9 @@ TEST(TetImport, ReadsTheSharedTetGenCarFromEitherOfItsFiles) {
   EXPECT_EQ(same->mesh.tets, tets->mesh.tets);
 }
 
-// ---- formats ----------------------------------------------------------------------------------------------------------
-// Two tets over the triangle (0,0,0) (1,0,0) (0,1,0), apices at z = 1 and z = -1; the second is written inside out.
+// ---- formats
+// ---------------------------------------------------------------------------------------------------------- Two tets
+// over the triangle (0,0,0) (1,0,0) (0,1,0), apices at z = 1 and z = -1; the second is written inside out.
 const std::string kNodes0 = "5 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0  # a comment\n\n3 0 0 1\n4 0 0 -1\n";
 const std::string kTets0 = "2 4 0\n0 0 1 2 3\n1 0 1 2 4\n";
 
@@ -135,8 +137,9 @@ TEST(TetImport, ReadsBothGmshFormatsAlike) {
   EXPECT_EQ(v2->mesh.X, v4->mesh.X);
 }
 
-const std::string kVega = "# beam\n*VERTICES\n5 3 0 0\n1 0 0 0\n2 1, 0, 0\n3 0 1 0\n4 0 0 1\n5 0 0 -1\n"
-                          "*ELEMENTS\nTETS\n2 4 0\n1 1 2 3 4\n2 1 2 3 5\n*MATERIAL m\nENU, 1, 2, .3\n*REGION\nall, m\n";
+const std::string kVega =
+    "# beam\n*VERTICES\n5 3 0 0\n1 0 0 0\n2 1, 0, 0\n3 0 1 0\n4 0 0 1\n5 0 0 -1\n"
+    "*ELEMENTS\nTETS\n2 4 0\n1 1 2 3 4\n2 1 2 3 5\n*MATERIAL m\nENU, 1, 2, .3\n*REGION\nall, m\n";
 
 TEST(TetImport, ReadsVega) {
   const auto tets = read_vega(kVega, "a.veg");
@@ -145,7 +148,8 @@ TEST(TetImport, ReadsVega) {
   EXPECT_NEAR(volume(tets->mesh), 2 / 6.0, 1e-15);
 }
 
-// ---- bad input ----------------------------------------------------------------------------------------------------------
+// ---- bad input
+// ----------------------------------------------------------------------------------------------------------
 std::string replaced(std::string in, const std::string& what, const std::string& with) {
   return in.replace(in.find(what), what.size(), with);
 }
@@ -158,15 +162,21 @@ TEST(TetImport, ErrorsNameFileLineAndValue) {
   EXPECT_EQ(text(read_tetgen(replaced(kNodes0, "3 0 0 1", "7 0 0 1"), kTets0, "a.node", "a.ele")),
             "a.node:6 node id is 7, must be in [3, 3]");
   EXPECT_THAT(text(read_tetgen(kNodes0, "3 4 0\n0 0 1 2 3\n", "a.node", "a.ele")), HasSubstr("ends too early"));
-  EXPECT_THAT(text(read_tetgen(kNodes0, "1 4 0\n0 0 1 2 2\n", "a.node", "a.ele")), HasSubstr("a.ele.tets[0] names node 2 twice"));
-  EXPECT_THAT(text(read_tetgen("9000000000 3 0 0\n", kTets0, "a.node", "a.ele")), HasSubstr("number of nodes is 9000000000"));
-  EXPECT_THAT(text(read_tetgen(replaced(kNodes0, "1 1 0 0", "1 1e999 0 0"), kTets0, "a.node", "a.ele")), HasSubstr("'1e999'"));
+  EXPECT_THAT(text(read_tetgen(kNodes0, "1 4 0\n0 0 1 2 2\n", "a.node", "a.ele")),
+              HasSubstr("a.ele.tets[0] names node 2 twice"));
+  EXPECT_THAT(text(read_tetgen("9000000000 3 0 0\n", kTets0, "a.node", "a.ele")),
+              HasSubstr("number of nodes is 9000000000"));
+  EXPECT_THAT(text(read_tetgen(replaced(kNodes0, "1 1 0 0", "1 1e999 0 0"), kTets0, "a.node", "a.ele")),
+              HasSubstr("'1e999'"));
 
   EXPECT_EQ(text(read_gmsh(replaced(kMsh2, "2.2 0 8", "2.2 1 8"), "a.msh")), "a.msh:2 is a binary file, must be ASCII");
-  EXPECT_EQ(text(read_gmsh(replaced(kMsh2, "2.2 0 8", "4 0 8"), "a.msh")), "a.msh:2 has format 4, must have 2.x or 4.1");
+  EXPECT_EQ(text(read_gmsh(replaced(kMsh2, "2.2 0 8", "4 0 8"), "a.msh")),
+            "a.msh:2 has format 4, must have 2.x or 4.1");
   EXPECT_EQ(text(read_gmsh(replaced(kMsh2, "20 1 0 0", "10 1 0 0"), "a.msh")), "a.msh:11 node 10 is there twice");
-  EXPECT_EQ(text(read_gmsh(replaced(kMsh2, "30 50", "30 51"), "a.msh")), "a.msh, tet 2 names node 51, which is not there");
-  EXPECT_THAT(text(read_gmsh(replaced(kMsh2, "3 4 2", "3 11 2"), "a.msh")), HasSubstr("a.msh:21 is a tet of ten nodes"));
+  EXPECT_EQ(text(read_gmsh(replaced(kMsh2, "30 50", "30 51"), "a.msh")),
+            "a.msh, tet 2 names node 51, which is not there");
+  EXPECT_THAT(text(read_gmsh(replaced(kMsh2, "3 4 2", "3 11 2"), "a.msh")),
+              HasSubstr("a.msh:21 is a tet of ten nodes"));
   EXPECT_THAT(text(read_gmsh(replaced(kMsh41, "3 1 4 2", "3 1 4 9"), "b.msh")), HasSubstr("b.msh:"));
   EXPECT_THAT(text(read_gmsh("hello", "a.msh")), HasSubstr("a.msh:1 must begin with $MeshFormat"));
 
@@ -196,7 +206,8 @@ TEST(TetImport, SurvivesTruncationAndNoise) {
     for (size_t n = 0; n < whole.size(); ++n) read_all(whole.substr(0, n));
     for (int k = 0; k < 2000; ++k) {
       std::string changed = whole;
-      changed[random() % changed.size()] = static_cast<char>(k % 2 ? random() % 256 : "0123456789-. e\n"[random() % 15]);
+      changed[random() % changed.size()] =
+          static_cast<char>(k % 2 ? random() % 256 : "0123456789-. e\n"[random() % 15]);
       read_all(changed);
     }
   }

@@ -8,12 +8,12 @@ namespace crumple::authoring {
 //   r(y) = radius (1 - taper (2 y / height)^2) + hoops,    each hoop a bump of `hoop_depth`,
 // on `rings` circles from the lower to the upper rim. Lids: flat, or sunk by `lid_depth` behind the rim.
 struct BarrelShape {
-  double height = 0.9;       // [m]
-  double radius = 0.318;     // at half height, hoops not counted [m]
-  double taper = 0.06;       // part of the radius that is lost towards the rims [-]
-  int hoops = 2;             // evenly spaced between the rims, which are hoops as well
-  double hoop_depth = 0.012; // [m]; 0: a plain profile, rims included
-  double lid_depth = 0.02;   // [m]; 0: a lid is one fan
+  double height = 0.9;        // [m]
+  double radius = 0.318;      // at half height, hoops not counted [m]
+  double taper = 0.06;        // part of the radius that is lost towards the rims [-]
+  int hoops = 2;              // evenly spaced between the rims, which are hoops as well
+  double hoop_depth = 0.012;  // [m]; 0: a plain profile, rims included
+  double lid_depth = 0.02;    // [m]; 0: a lid is one fan
   int rings = 61;
   int segments = 48;
 };

@@ -116,8 +116,7 @@ Result<void> check(const BoxLattice& box) {
     if (box.cells[d] < 1) return invalid("cells", text("is ", box.cells[d], ", must be at least 1"));
   }
   const double tets = (box.lattice == Lattice::bcc ? 12.0 : 6.0) * box.cells[0] * box.cells[1] * box.cells[2];
-  if (tets > sim::kMaxTets)
-    return invalid("cells", text("give ", tets, " tets, must give at most ", sim::kMaxTets));
+  if (tets > sim::kMaxTets) return invalid("cells", text("give ", tets, " tets, must give at most ", sim::kMaxTets));
   return {};
 }
 
@@ -129,9 +128,12 @@ Result<sim::TetMesh> box_mesh(const BoxLattice& box) {
   builder.add_nodes();
   builder.for_each(box.cells, [&](const Index& c) {
     switch (box.lattice) {
-      case Lattice::femfx: return builder.add_femfx_cell(c);
-      case Lattice::kuhn: return builder.add_kuhn_cell(c);
-      case Lattice::bcc: return builder.add_bcc_cell(c);
+      case Lattice::femfx:
+        return builder.add_femfx_cell(c);
+      case Lattice::kuhn:
+        return builder.add_kuhn_cell(c);
+      case Lattice::bcc:
+        return builder.add_bcc_cell(c);
     }
   });
   return std::move(builder.mesh);

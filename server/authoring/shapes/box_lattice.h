@@ -14,14 +14,14 @@ namespace crumple::authoring {
 enum class Lattice { femfx, kuhn, bcc };
 
 struct BoxLattice {
-  Vec3 size = Vec3::Ones();              // [m]
-  std::array<int, 3> cells{1, 1, 1};     // along x, y, z
+  Vec3 size = Vec3::Ones();           // [m]
+  std::array<int, 3> cells{1, 1, 1};  // along x, y, z
   Lattice lattice = Lattice::kuhn;
-  Vec3 minimum = Vec3::Constant(-0.5);   // minimum corner [m]
+  Vec3 minimum = Vec3::Constant(-0.5);  // minimum corner [m]
 };
 
-// Nodes of the cell corners come first, id (i (ny + 1) + j)(nz + 1) + k; then, for bcc, the centres, i ny nz + j nz + k.
-// Errors: a size that is not positive and finite, cells below 1, more than kMaxTets tets.
+// Nodes of the cell corners come first, id (i (ny + 1) + j)(nz + 1) + k; then, for bcc, the centres, i ny nz + j nz +
+// k. Errors: a size that is not positive and finite, cells below 1, more than kMaxTets tets.
 Result<sim::TetMesh> box_mesh(const BoxLattice& box);
 
 // Box centred on the origin.

@@ -41,10 +41,10 @@ sim::SurfaceMesh bumper(double x, double y, double half_width, double forward) {
 // Tyre and rim, turned about y, then laid with its axis along z; `outside` +1: the rim faces +z.
 sim::SurfaceMesh wheel(double outside) {
   const double r = car::kWheelRadius, w = car::kWheelWidth / 2;
-  const Eigen::Vector2d profile[] = {{0, -w + .02},       {.55 * r, -w + .02}, {.62 * r, -w},      {.92 * r, -w},
-                                     {r, -w + .03},       {r, 0},              {r, w - .03},       {.92 * r, w},
-                                     {.70 * r, w},        {.66 * r, w - .05},  {.30 * r, w - .045}, {.22 * r, w - .01},
-                                     {0, w - .005}};
+  const Eigen::Vector2d profile[] = {
+      {0, -w + .02}, {.55 * r, -w + .02}, {.62 * r, -w}, {.92 * r, -w},      {r, -w + .03},       {r, 0},
+      {r, w - .03},  {.92 * r, w},        {.70 * r, w},  {.66 * r, w - .05}, {.30 * r, w - .045}, {.22 * r, w - .01},
+      {0, w - .005}};
   sim::SurfaceMesh out;
   const Quat about_x(Eigen::AngleAxisd(outside * std::numbers::pi / 2, Vec3::UnitX()));
   append(out, lathe(profile, 32), {about_x, Vec3::Zero()});
@@ -87,7 +87,8 @@ CarSurface car_surface(const CarShape& shape) {
   scale(out.body, by);
   for (int k = 0; k < 4; ++k) {
     const double side = k % 2 == 0 ? -1 : 1;
-    const Vec3 centre(k < 2 ? car::kFrontAxle : car::kRearAxle, car::kWheelRadius, side * (.845 - car::kWheelWidth / 2));
+    const Vec3 centre(k < 2 ? car::kFrontAxle : car::kRearAxle, car::kWheelRadius,
+                      side * (.845 - car::kWheelWidth / 2));
     append(out.wheels[k], wheel(side), {Quat::Identity(), centre});
     scale(out.wheels[k], by);
     out.wheel_centres[k] = centre.cwiseProduct(by);

@@ -14,12 +14,12 @@ struct CarShape {
 };
 
 struct CarSurface {
-  sim::SurfaceMesh body;                  // without the wheels
-  std::array<sim::SurfaceMesh, 4> wheels; // front left (+z is right), front right, rear left, rear right
-  std::array<Vec3, 4> wheel_centres;      // [m]
-  double wheel_radius;                    // in height [m]
-  double wheel_width;                     // [m]
-  double belt_height;                     // lower edge of the side windows [m]
+  sim::SurfaceMesh body;                   // without the wheels
+  std::array<sim::SurfaceMesh, 4> wheels;  // front left (+z is right), front right, rear left, rear right
+  std::array<Vec3, 4> wheel_centres;       // [m]
+  double wheel_radius;                     // in height [m]
+  double wheel_width;                      // [m]
+  double belt_height;                      // lower edge of the side windows [m]
 
   sim::SurfaceMesh whole() const;
 };

@@ -26,11 +26,15 @@ double along(std::span<const Key> keys, double x) {
   return sum / 7;
 }
 
-constexpr Key kTop[] = {{2.05, .66}, {1.9, .745}, {1.6, .82}, {.98, .925}, {.22, 1.335}, {.05, 1.375}, {-.35, 1.4},
-                        {-.8, 1.375}, {-.98, 1.325}, {-1.52, 1.02}, {-1.7, .995}, {-1.98, .975}, {-2.06, .9}};
-constexpr Key kBelt[] = {{2.05, .60}, {1.9, .67}, {1.6, .745}, {1.0, .845}, {0, .88}, {-1.2, .91}, {-1.9, .905}, {-2.06, .84}};
-constexpr Key kHalfWidth[] = {{2.05, .60}, {1.95, .70}, {1.75, .785}, {1.4, .83}, {.6, .845}, {-1.0, .845}, {-1.5, .825}, {-1.9, .76}, {-2.06, .66}};
-constexpr Key kTopHalfWidth[] = {{2.05, .46}, {1.8, .60}, {1.0, .69}, {.22, .555}, {-.9, .55}, {-1.5, .63}, {-1.9, .60}, {-2.06, .50}};
+constexpr Key kTop[] = {{2.05, .66},  {1.9, .745},   {1.6, .82},   {.98, .925},   {.22, 1.335},
+                        {.05, 1.375}, {-.35, 1.4},   {-.8, 1.375}, {-.98, 1.325}, {-1.52, 1.02},
+                        {-1.7, .995}, {-1.98, .975}, {-2.06, .9}};
+constexpr Key kBelt[] = {{2.05, .60}, {1.9, .67},  {1.6, .745},  {1.0, .845},
+                         {0, .88},    {-1.2, .91}, {-1.9, .905}, {-2.06, .84}};
+constexpr Key kHalfWidth[] = {{2.05, .60},  {1.95, .70},  {1.75, .785}, {1.4, .83},  {.6, .845},
+                              {-1.0, .845}, {-1.5, .825}, {-1.9, .76},  {-2.06, .66}};
+constexpr Key kTopHalfWidth[] = {{2.05, .46}, {1.8, .60},  {1.0, .69},  {.22, .555},
+                                 {-.9, .55},  {-1.5, .63}, {-1.9, .60}, {-2.06, .50}};
 constexpr Key kSill[] = {{2.05, .30}, {1.8, .245}, {1.0, .22}, {-1.0, .22}, {-1.8, .26}, {-2.06, .34}};
 constexpr double kNose = 2.05, kTail = -2.06;
 
@@ -46,9 +50,7 @@ double lower_edge(double x) {
 
 bool in_window(double x) { return (x < .50 && x > -.27) || (x < -.35 && x > -1.10); }
 bool in_windscreen(double x) { return (x < .90 && x > .27) || (x < -1.02 && x > -1.46); }
-bool in_door_gap(double x) {
-  return std::min({std::abs(x - .72), std::abs(x + .31), std::abs(x + 1.0)}) < 1e-6;
-}
+bool in_door_gap(double x) { return std::min({std::abs(x - .72), std::abs(x + .31), std::abs(x + 1.0)}) < 1e-6; }
 
 // Cross-sections: even ones, and where something begins or ends close pairs (window edges), triples (door gaps) and the
 // angles of the wheel arches.
@@ -70,8 +72,8 @@ std::vector<double> stations() {
 }
 
 struct Section {
-  std::vector<Vec3> points;    // right half (z >= 0) from the underside's middle to the roof's
-  std::vector<double> sink;    // how far each is set back into the body [m]
+  std::vector<Vec3> points;  // right half (z >= 0) from the underside's middle to the roof's
+  std::vector<double> sink;  // how far each is set back into the body [m]
 };
 
 Section half_section(double x) {

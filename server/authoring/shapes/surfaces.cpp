@@ -15,9 +15,9 @@ sim::SurfaceMesh icosahedron(double radius) {
   for (const auto& [a, b] : {std::pair(-1.0, g), {1.0, g}, {-1.0, -g}, {1.0, -g}}) out.vertices.push_back({0, a, b});
   for (const auto& [a, b] : {std::pair(-1.0, g), {1.0, g}, {-1.0, -g}, {1.0, -g}}) out.vertices.push_back({b, 0, a});
   for (Vec3& v : out.vertices) v *= radius / v.norm();
-  out.triangles = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                   {11, 10, 2}, {10, 7, 6}, {7, 1, 8},   {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-                   {3, 8, 9},  {4, 9, 5},  {2, 4, 11},  {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  out.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                   {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                   {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   return out;
 }
 
@@ -59,7 +59,8 @@ sim::SurfaceMesh icosphere(double radius, int levels) {
 }
 
 sim::SurfaceMesh cylinder_surface(double radius, double half_length, int segments) {
-  const Eigen::Vector2d profile[] = {{0, -half_length}, {radius, -half_length}, {radius, half_length}, {0, half_length}};
+  const Eigen::Vector2d profile[] = {
+      {0, -half_length}, {radius, -half_length}, {radius, half_length}, {0, half_length}};
   return lathe(profile, segments);
 }
 
