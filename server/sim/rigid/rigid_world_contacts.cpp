@@ -148,10 +148,11 @@ double ContactSolver::solve_friction(const btSolverConstraint& contact) {
   const double slip1 = slip(r1), slip2 = slip(r2);
   solve(r1, -1e30, 1e30);
   solve(r2, -1e30, 1e30);
-  if (std::hypot(r1.m_appliedImpulse, r2.m_appliedImpulse) > limit) {
+  const double f1_stick = r1.m_appliedImpulse, f2_stick = r2.m_appliedImpulse;
+  if (f1_stick * f1_stick + f2_stick * f2_stick > limit * limit) {
     const double d = std::min(r1.m_jacDiagABInv, r2.m_jacDiagABInv);
     double f1 = old1 - d * slip1, f2 = old2 - d * slip2;
-    const double f = std::hypot(f1, f2);
+    const double f = std::sqrt(f1 * f1 + f2 * f2);
     if (f > limit) f1 *= limit / f, f2 *= limit / f;
     solve(r1, f1, f1);
     solve(r2, f2, f2);
