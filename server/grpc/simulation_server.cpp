@@ -8,6 +8,7 @@
 #include <grpcpp/server_builder.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <mutex>
 
 namespace crumple::grpc_server {
@@ -28,9 +29,18 @@ std::string with_port(const std::string& listen, int port) {
   return colon == std::string::npos ? listen : text(listen.substr(0, colon), ":", port);
 }
 
+// gRPC takes a port modulo 65536; a number beyond it is a slip of the caller's.
+bool port_in_range(const std::string& listen) {
+  const std::string digits = listen.substr(listen.rfind(':') + 1);
+  return digits.size() <= 5 && digits.find_first_not_of("0123456789") == std::string::npos && std::atoi(digits.c_str()) <= 65535;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<SimulationServer>> SimulationServer::start(ServerOptions options) {
+  if (!port_in_range(options.listen)) {
+    return std::unexpected(Error{ErrorCode::unavailable, "listen", text("is ", options.listen, ", must be host:port with a port up to 65535")});
+  }
   enable_plugins();
   std::unique_ptr<SimulationServer> self(new SimulationServer);
   self->scenes_ = std::move(options.scenes);

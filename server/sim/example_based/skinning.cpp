@@ -1,7 +1,7 @@
 #include "server/sim/example_based/skinning.h"
 
 #include <array>
-#include <atomic>
+#include <algorithm>
 #include <cassert>
 
 namespace crumple::sim::example_based {
@@ -77,8 +77,9 @@ Vec3 skin_in_example(const ExampleRest& rest, int i, int e) {
 bool skin(const ExampleRest& rest, const Eigen::MatrixXd& E, std::span<const int> vertices, const ThreadPool& pool,
           std::span<Vec3> x) {
   assert(static_cast<int>(x.size()) == rest.vertex_count() && E.rows() == rest.vertex_count());
-  std::atomic<bool> moved = false;  // only ever set: the order of the writers cannot show
-  pool.for_chunks(static_cast<int>(vertices.size()), kChunk, [&](int begin, int end) {
+  const int count = static_cast<int>(vertices.size());
+  std::vector<char> moved((count + kChunk - 1) / kChunk, 0);  // one a chunk
+  pool.for_chunks(count, kChunk, [&](int begin, int end) {
     bool any = false;
     for (int k = begin; k < end; ++k) {
       const int i = vertices[k];
@@ -86,9 +87,9 @@ bool skin(const ExampleRest& rest, const Eigen::MatrixXd& E, std::span<const int
       any |= skinned != x[i];
       x[i] = skinned;
     }
-    if (any) moved.store(true, std::memory_order_relaxed);
+    moved[begin / kChunk] = any;
   });
-  return moved.load();
+  return std::ranges::find(moved, 1) != moved.end();
 }
 
 Jacobian skinning_jacobian(const ExampleRest& rest, int i, const WeightRow& row) {

@@ -101,6 +101,7 @@ export class Stage {
           body.mesh.geometry.attributes.position.array.set(moved.positions);
           body.mesh.geometry.attributes.position.needsUpdate = true;
           body.mesh.geometry.boundingSphere = null;
+          body.mesh.geometry.boundingBox = null;
         }
       } else {
         body.mesh.position.set(...moved.pose.position);
