@@ -69,7 +69,7 @@ int serve(const Options& options) {
   const auto server = grpc_server::SimulationServer::start(std::move(server_options));
   if (!server) {
     spdlog::error("{}", server.error().text());
-    return 1;
+    return server.error().code == ErrorCode::invalid_argument ? 2 : 1;
   }
   for (const std::string& name : options.worlds) {
     const Result<WorldId> world = begin_world((*server)->registry(), *scenes, name);

@@ -7,8 +7,8 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/server_builder.h>
 
+#include <charconv>
 #include <chrono>
-#include <cstdlib>
 #include <mutex>
 
 namespace crumple::grpc_server {
@@ -23,24 +23,22 @@ void enable_plugins() {
   });
 }
 
-// "host:0" -> "host:port".
-std::string with_port(const std::string& listen, int port) {
-  const auto colon = listen.rfind(':');
-  return colon == std::string::npos ? listen : text(listen.substr(0, colon), ":", port);
-}
-
-// gRPC takes a port modulo 65536; a number beyond it is a slip of the caller's.
-bool port_in_range(const std::string& listen) {
-  const std::string digits = listen.substr(listen.rfind(':') + 1);
-  return digits.size() <= 5 && digits.find_first_not_of("0123456789") == std::string::npos && std::atoi(digits.c_str()) <= 65535;
+// Where the port begins in "host:port". gRPC takes ports beyond 65535 modulo 65536, hence the check.
+Result<std::size_t> port_position(const std::string& listen) {
+  const std::size_t position = listen.rfind(':') + 1;  // 0: no colon
+  int port = -1;
+  const char* end = listen.data() + listen.size();
+  const auto [parsed, error] = std::from_chars(listen.data() + position, end, port);
+  if (position < 2 || error != std::errc() || parsed != end || port < 0 || port > 65535)
+    return invalid("listen", text("is \"", listen, "\", must be host:port with a port in [0, 65535]"));
+  return position;
 }
 
 }  // namespace
 
 Result<std::unique_ptr<SimulationServer>> SimulationServer::start(ServerOptions options) {
-  if (!port_in_range(options.listen)) {
-    return std::unexpected(Error{ErrorCode::unavailable, "listen", text("is ", options.listen, ", must be host:port with a port up to 65535")});
-  }
+  const Result<std::size_t> port_at = port_position(options.listen);
+  if (!port_at) return std::unexpected(port_at.error());
   enable_plugins();
   std::unique_ptr<SimulationServer> self(new SimulationServer);
   self->scenes_ = std::move(options.scenes);
@@ -61,7 +59,7 @@ Result<std::unique_ptr<SimulationServer>> SimulationServer::start(ServerOptions 
   if (!self->server_ || port == 0)
     return std::unexpected(Error{ErrorCode::unavailable, "listen", text("is ", options.listen, ", cannot listen there")});
   self->server_->GetHealthCheckService()->SetServingStatus(v1::SimulationService::service_full_name(), true);
-  self->address_ = with_port(options.listen, port);
+  self->address_ = text(options.listen.substr(0, *port_at), port);
   return self;
 }
 
@@ -70,7 +68,7 @@ SimulationServer::~SimulationServer() { stop(); }
 void SimulationServer::stop() {
   if (!server_) return;
   registry_->close({ErrorCode::unavailable, "", "the server is stopping"});
-  server_->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(2));
+  server_->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
   server_->Wait();
   server_.reset();
 }

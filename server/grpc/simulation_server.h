@@ -22,14 +22,15 @@ inline constexpr int kMaxRequestBytes = 64 << 20;  // of one message; larger one
 // text, no authentication: listen on loopback, or behind something that has both.
 class SimulationServer {
  public:
-  // Error unavailable if it cannot listen there, also if another server does.
+  // Errors: invalid_argument if `listen` is not host:port; unavailable if it cannot listen there, also if another
+  // server does.
   static Result<std::unique_ptr<SimulationServer>> start(ServerOptions options);
   ~SimulationServer();  // stops
 
   const std::string& address() const { return address_; }  // host:port it listens on
   runtime::WorldRegistry& registry() { return *registry_; }
 
-  // Ends all worlds and streams with UNAVAILABLE, then waits for the calls: streams are cut after 2 s; a step that is
+  // Ends all worlds and streams with UNAVAILABLE, then waits for the calls: streams are cut after 1 s; a step that is
   // running and a world in the making are waited for. Once is enough.
   void stop();
 

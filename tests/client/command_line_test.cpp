@@ -123,7 +123,7 @@ TEST_F(CommandLine, ExitCodesTellWhoIsToBlame) {
   EXPECT_EQ(run({"--help"}), kOk);
   EXPECT_NE(out_.find("Exit codes"), std::string::npos);
   server_->stop();
-  EXPECT_EQ(run({"list"}), kUnreachable);
+  EXPECT_EQ(run({"--timeout", "0.2", "list"}), kUnreachable);
 }
 
 }  // namespace

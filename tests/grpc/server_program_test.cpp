@@ -56,6 +56,12 @@ TEST(ServerProgram, TakesScenesByNameAndNoneFromOutside) {
   EXPECT_EQ(server.end(SIGINT), 0);
 }
 
+TEST(ServerProgram, ExitsWithOneIfItCannotListen) {
+  test::ChildProcess first({test::program("crumple-server"), "--listen", "127.0.0.1:0", "--quiet"});
+  const std::string address = address_of(first);
+  EXPECT_EQ(test::ChildProcess({test::program("crumple-server"), "--listen", address}).wait(), 1);
+}
+
 TEST(ServerProgram, ExitsWithTwoOnBadOptionsAndBadScenes) {
   const test::TemporaryFolder folder;
   folder.write("bad.json", R"({"dt": -1})");
@@ -63,7 +69,7 @@ TEST(ServerProgram, ExitsWithTwoOnBadOptionsAndBadScenes) {
   EXPECT_EQ(test::ChildProcess({server, "--threads", "0"}).wait(), 2);
   EXPECT_EQ(test::ChildProcess({server, "--world", "bad"}).wait(), 2);
   EXPECT_EQ(test::ChildProcess({server, "--listen", "127.0.0.1:0", "--scenes", folder.path().string(), "--world", "bad"}).wait(), 2);
-  EXPECT_EQ(test::ChildProcess({server, "--listen", "127.0.0.1:99999"}).wait(), 1);
+  EXPECT_EQ(test::ChildProcess({server, "--listen", "127.0.0.1:99999"}).wait(), 2);
   EXPECT_EQ(test::ChildProcess({server, "--help"}).wait(), 0);
 }
 

@@ -52,7 +52,13 @@ class ChildProcess {
     kill(pid_, signal);
     return wait();
   }
+  // Waits for its end, 20 s at most: then it is killed.
   int wait() {
+    char rest[256];
+    pollfd ready{out_, POLLIN, 0};
+    ssize_t count = 1;
+    while (count > 0 && poll(&ready, 1, 20'000) == 1) count = read(out_, rest, sizeof rest);
+    if (count > 0) kill(pid_, SIGKILL);
     int status = 0;
     waitpid(pid_, &status, 0);
     pid_ = -1;
