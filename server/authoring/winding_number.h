@@ -19,7 +19,7 @@ class WindingNumber {
 
   // By the tree: a cluster farther than kAccuracy of its radii acts as one dipole, its area-weighted normal at its
   // area-weighted centroid [Barill et al. 2018, section 3]. Differs from `exact` by
-  // 2e-2 at worst.
+  // 3e-2 at worst.
   double operator()(const Vec3& q) const;
   bool inside(const Vec3& q) const { return (*this)(q) > 0.5; }
 
@@ -27,7 +27,7 @@ class WindingNumber {
   double exact(const Vec3& q) const;
 
  private:
-  static constexpr double kAccuracy = 3;  // Barill's beta
+  static constexpr double kAccuracy = 2.5;  // Barill's beta
 
   struct Dipole {
     Vec3 centre;   // area-weighted centroid [m]

@@ -3,6 +3,7 @@
 #include "common/text.h"
 #include "server/io/gltf_check.h"
 #include "server/io/mesh_file.h"
+#include "server/io/off_reader.h"
 #include "server/io/ply_reader.h"
 #include "server/io/polygon.h"
 
@@ -152,7 +153,7 @@ Result<void> read_by_ourselves(const std::filesystem::path& file, Merger& merger
   const std::string name = file.filename().string();
   const auto content = read_whole(file, kMaxMeshFileBytes);
   if (!content) return std::unexpected(content.error());
-  const auto mesh = read_ply(*content, name);
+  const auto mesh = has_ending(file, {".ply"}) ? read_ply(*content, name) : read_off(*content, name);
   if (!mesh) return std::unexpected(mesh.error());
   if (mesh->triangles.empty()) return invalid(name, "has no triangle");
   if (auto valid = sim::validate(*mesh, name); !valid) return valid;
@@ -171,7 +172,7 @@ Result<ImportedSurface> import_surface(const std::filesystem::path& file) {
   Merger merger;
   std::vector<char> used;
   const auto read =
-      has_ending(file, {".ply"}) ? read_by_ourselves(file, merger, used) : read_by_assimp(file, merger, used);
+      has_ending(file, {".ply", ".off"}) ? read_by_ourselves(file, merger, used) : read_by_assimp(file, merger, used);
   if (!read) return std::unexpected(read.error());
   ImportedSurface& out = merger.out;
   out.merged_vertices -= static_cast<int>(out.mesh.vertices.size());

@@ -18,7 +18,7 @@ struct ImportedSurface {
 // Reads a triangle surface: OBJ, glTF 2 (.gltf, .glb), PLY, STL or OFF, by the file's ending. All meshes of the file,
 // each as often as its scene places it and where it does (mirroring placements keep the outside outside); polygons are
 // triangulated, lines and points left out, equal positions merged. Colours, textures, skins and animations are not
-// looked at. Positions pass through single precision, except those of PLY. Units are the file's: nothing is scaled.
+// looked at. Positions pass through single precision, except in PLY and OFF. Units are the file's: nothing is scaled.
 // Errors, naming the file and the reason: no such file, too large, an ending or a content that cannot be read, no
 // triangle in it, what validate(SurfaceMesh) rejects.
 Result<ImportedSurface> import_surface(const std::filesystem::path& file);

@@ -107,7 +107,7 @@ TEST(EnclosingMesh, SaysHowManyBodiesThereAre) {
 }
 
 TEST(EnclosingMesh, StaysWithinItsBudgetAndUsesMostOfIt) {
-  for (const int budget : {300, 3000, 20000}) {
+  for (const int budget : {300, 3000}) {
     const auto made = enclosing_mesh(icosphere(1, 3), {.tet_budget = budget});
     ASSERT_TRUE(made) << made.error().text();
     EXPECT_LE(made->mesh.tet_count(), budget);

@@ -228,6 +228,22 @@ TEST(MeshImport, ReadsEveryKindOfPly) {
   }
 }
 
+TEST(MeshImport, OffErrorsNameTheLine) {
+  const auto text = [](const Result<ImportedSurface>& r) { return r ? std::string("no error") : r.error().text(); };
+  const std::string whole = "COFF\n4 2 5  # counts\n0 0 0 255 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 255 0 0\n3 0 1 2\n";
+  const auto surface = import_surface(write("c.off", whole));
+  ASSERT_TRUE(surface) << surface.error().text();
+  EXPECT_EQ(surface->mesh.triangles.size(), 3u);
+  const auto broken = [&](const std::string& what, const std::string& with) {
+    std::string changed = whole;
+    return text(import_surface(write("b.off", changed.replace(changed.find(what), what.size(), with))));
+  };
+  EXPECT_EQ(broken("3 0 1 2\n", "3 0 1 4\n"), "b.off:8 vertex id is 4, must be in [0, 3]");
+  EXPECT_THAT(broken("4 0 1 2 3", "42 0 1 2 3"), HasSubstr("b.off:7 number of corners is 42"));
+  EXPECT_THAT(broken("4 2 5", "400000000 2 5"), HasSubstr("b.off:2 number of vertices is 400000000"));
+  EXPECT_THAT(broken("COFF", "ply"), HasSubstr("must begin with OFF"));
+}
+
 TEST(MeshImport, SurvivesNoise) {
   std::mt19937 random(7);
   const std::string heads[] = {"",
