@@ -147,6 +147,12 @@ export class Stage {
       const size = body.mesh.geometry.boundingBox.getSize(new THREE.Vector3());
       if (size.length() < 16) box.expandByObject(body.mesh);
     }
+    // Things fall: down to the ground under them.
+    for (const body of this.bodies) {
+      const ground = body.mesh.geometry.boundingBox;
+      if (box.isEmpty() || ground.getSize(new THREE.Vector3()).length() < 16 || ground.max.y > box.min.y) continue;
+      box.min.y = Math.max(ground.max.y, box.min.y - 20);
+    }
     if (box.isEmpty()) box.set(new THREE.Vector3(-2, 0, -2), new THREE.Vector3(2, 2, 2));
     const centre = box.getCenter(new THREE.Vector3());
     const radius = Math.max(1.5, 0.5 * box.getSize(new THREE.Vector3()).length());
