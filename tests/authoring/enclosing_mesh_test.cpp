@@ -131,7 +131,7 @@ TEST(EnclosingMesh, BadInputIsAnError) {
   broken.vertices[3].y() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(text(enclosing_mesh(broken)), HasSubstr("surface.vertices[3] is not finite"));
   EXPECT_THAT(text(enclosing_mesh({{Vec3::Ones(), Vec3::Ones(), Vec3::Ones()}, {{0, 1, 2}}})), HasSubstr("no extent"));
-  EXPECT_THAT(text(enclosing_mesh(sphere, {.cell_size = 0.013})), HasSubstr("cell_size is 0.013 m, which gives"));
+  EXPECT_THAT(text(enclosing_mesh(sphere, {.cell_size = 0.027})), HasSubstr("cell_size is 0.027 m, which gives"));
   EXPECT_THAT(text(enclosing_mesh(sphere, {.cell_size = 1e-9})),
               HasSubstr("cell_size is 1e-09 m, which gives more than"));
   EXPECT_THAT(text(enclosing_mesh(sphere, {.cell_size = -1})), HasSubstr("cell_size is -1"));
