@@ -29,7 +29,11 @@ export class Connection {
     }
     const message = decode(data);
     this.handlers[message.kind](message);
-    if (message.kind === 'frame') this.send({ type: 'credit' });  // a slow page sees fewer frames, never older ones
+  }
+
+  // The next frame may come. A page that draws slowly asks late, and sees fewer frames, never older ones.
+  grantCredit() {
+    this.send({ type: 'credit' });
   }
 
   send(message) {

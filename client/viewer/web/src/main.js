@@ -3,7 +3,7 @@ import { Stage } from './stage.js';
 
 const $ = (id) => document.getElementById(id);
 const stage = new Stage($('view'));
-const drawn = { frames: 0, since: performance.now(), rate: 0 };
+const drawn = { frames: 0, since: performance.now(), rate: 0, owed: false };
 let status = null;
 
 const connection = new Connection({
@@ -11,6 +11,7 @@ const connection = new Connection({
   frame: (frame) => {
     stage.setFrame(frame);
     drawn.frames += 1;
+    drawn.owed = true;
     showTiming(frame);
   },
   status: (next) => {
@@ -74,6 +75,10 @@ window.crumple = { stage };  // for the browser's console and for tests
 
 function draw() {
   stage.render();
+  if (drawn.owed) {
+    drawn.owed = false;
+    connection.grantCredit();
+  }
   requestAnimationFrame(draw);
 }
 draw();
