@@ -1,5 +1,6 @@
 // crumple-lab: accuracy and speed. One JSON object on standard output, progress and logs on standard error.
 // Exit: 0 done; 2 bad input; 3 a solve that did not converge (its residual is printed); 1 anything else.
+#include "server/io/scene_file.h"
 #include "server/lab/benchmark.h"
 #include "server/lab/benchmark_scenes.h"
 #include "server/lab/material_replay.h"
@@ -111,9 +112,14 @@ struct BenchCommand {
     } else if (scene == "panel") {
       description = lab::panel_scene();
       options.steps = 180;
-    } else {
+    } else if (scene == "barrels") {
       description = lab::barrels_scene(seed);
       options.steps = 1000;
+    } else {
+      auto loaded = io::load_scene(scene);
+      if (!loaded) return fail(loaded.error());
+      description = std::move(loaded->scene);
+      options.steps = 600;
     }
     if (!description) return fail(description.error());
     if (steps > 0) options.steps = steps;
@@ -189,9 +195,9 @@ int main(int argc, char** argv) {
   BenchCommand bench;
   bool json = false;
   auto* b = app.add_subcommand("bench", "steps a benchmark scene and reports time, accuracy and state hash");
-  b->add_option("scene", bench.scene)->required()->check(CLI::IsMember({"beam", "pile", "panel", "barrels"}));
+  b->add_option("scene", bench.scene, "beam, pile, panel, barrels, or a scene file")->required();
   b->add_option("--threads", bench.threads)->check(CLI::Range(1, 256))->capture_default_str();
-  b->add_option("--steps", bench.steps, "default: beam 600, pile 300, panel 180, barrels 1000")->check(CLI::Range(1, 10'000'000));
+  b->add_option("--steps", bench.steps, "default: beam 600, pile 300, panel 180, barrels 1000, a scene file 600")->check(CLI::Range(1, 10'000'000));
   b->add_option("--lattice", bench.lattice, "beam")->check(CLI::IsMember({"femfx", "kuhn", "bcc"}))->capture_default_str();
   b->add_option("--cells", bench.cells, "beam")->capture_default_str();
   b->add_option("--size", bench.size, "beam [m]")->capture_default_str();
