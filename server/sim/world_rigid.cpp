@@ -25,8 +25,15 @@ void World::Impl::step_rigid(StepReport& report) {
 }
 
 void World::Impl::deform_examples(StepReport& report) {
+  pool.for_chunks(static_cast<int>(examples.size()), 1, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) examples[k].deform(scene.dt, scene.rate_dt, pool);
+  });
   for (ExampleBody& body : examples) {
-    const DentOutcome outcome = body.deform(scene.dt, scene.rate_dt, pool, rigid);
+    const DentOutcome outcome = body.settle(rigid);
+    if (!outcome.finite) {
+      add_event(EventKind::frozen, body.id).message =
+          text(scene.bodies[body.id].name, " has a shape that is not finite: it keeps its last one and does not deform any more");
+    }
     if (outcome.plastic == 0) continue;
     report.plastic_impulses += outcome.plastic;
     Event& event = add_event(EventKind::dent, body.id);

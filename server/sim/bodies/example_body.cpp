@@ -5,9 +5,19 @@
 #include "server/sim/example_based/hull_points.h"
 #include "server/sim/rigid/proxy.h"
 
+#include <utility>
+
 namespace crumple::sim {
 
 namespace eb = example_based;
+
+namespace {
+
+// Collision shape and mass properties follow when a vertex has moved by this part of the body's size since they were
+// taken, and when the shape comes to rest. Hulls are as coarse as that themselves (kRestShortfall in hull_points.cpp).
+constexpr double kShapeLag = 5e-4;
+
+}  // namespace
 
 Result<ExampleBody> ExampleBody::make(BodyId id, const BodyDescription& body, const ExampleModel& model,
                                       RigidWorld& rigid, const std::string& field) {
@@ -21,6 +31,10 @@ Result<ExampleBody> ExampleBody::make(BodyId id, const BodyDescription& body, co
   auto added = rigid.add_deformable(id, example.shape(), example.mass_properties(), model.friction,
                                     model.parameters.restitution, body.pose, body.velocity, body.angular_velocity);
   if (!added) return std::unexpected(Error{added.error().code, field + "." + added.error().field, added.error().message});
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : example.state.x) box.extend(x);
+  example.shape_lag_ = kShapeLag * box.diagonal().norm();
+  example.shape_x_ = example.state.x;
   example.make_proxy();
   example.follow(body.pose);
   return example;
@@ -57,18 +71,48 @@ void ExampleBody::follow(const Pose& X_WB) {
   for (std::size_t n = 0; n < x.size(); ++n) x[n] = X_WB * proxy.X[n];
 }
 
-DentOutcome ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool, RigidWorld& rigid) {
+bool ExampleBody::shape_is_due() const {
+  if (state.active.empty()) return !shape_follows_;
+  for (int i : work_.changed) {
+    if ((state.x[i] - shape_x_[i]).squaredNorm() > shape_lag_ * shape_lag_) return true;
+  }
+  return false;
+}
+
+void ExampleBody::hold() {
+  held_ = true;
+  state.dE.setZero();
+  state.active.clear();
+  state.x = shape_x_;
+}
+
+void ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool) {
+  // Impulses that do not exceed beta together cannot at any vertex: nothing to look up for a body at rest (eq. 4).
+  double strength = 0;
+  for (const eb::PointImpulse& strike : strikes_) strength += strike.impulse.norm();
   impulses_.clear();
-  if (!strikes_.empty()) {
+  if (!(strength <= parameters_.beta) && !held_) {
     eb::locate_impulses(rest, state, strikes_, eb::Site::nearest_vertex, boxes_, impulses_);
-    strikes_.clear();
   }
+  strikes_.clear();
   const eb::DeformReport& report = eb::deform(rest, parameters_, {dt, rate_dt}, mass_, impulses_, pool, state, work_);
-  if (report.moved && report.finite) {
-    // A shape that cannot be had (a part crushed flat) keeps the last collision shape; drawing goes on.
-    if (rigid.set_shape_and_mass(id, shape(), mass_properties())) make_proxy();
+  if (!report.finite) return hold();
+  shape_follows_ = shape_follows_ && !report.moved;
+  if (!shape_is_due()) return;
+  // A shape that cannot be had (a part crushed flat) keeps the last collision shape; drawing goes on.
+  if (auto prepared = PreparedShape::make(shape(), mass_properties())) {
+    next_shape_ = *std::move(prepared);
+    make_proxy();
   }
+  shape_x_ = state.x;
+  shape_follows_ = true;
+}
+
+DentOutcome ExampleBody::settle(RigidWorld& rigid) {
+  const eb::DeformReport& report = work_.report;
   rigid.set_restitution(id, report.restitution);
+  if (!report.finite) return {.finite = false};
+  if (next_shape_) rigid.set_shape_and_mass(id, *std::exchange(next_shape_, std::nullopt));
 
   DentOutcome outcome{.plastic = static_cast<int>(report.plastic.size())};
   for (const eb::PlasticImpulse& plastic : report.plastic) {
@@ -106,7 +150,9 @@ void ExampleBody::hash(StateHash& hash) const {
   for (double e : state.E.reshaped()) hash.add(e);
   for (double e : state.dE.reshaped()) hash.add(e);
   hash.add(std::span<const Vec3>(state.x));
+  hash.add(std::span<const Vec3>(shape_x_));
   hash.add(state.restitution);
+  hash.add(static_cast<std::uint64_t>(held_));
 }
 
 }  // namespace crumple::sim

@@ -9,12 +9,14 @@
 #include "server/sim/scene.h"
 #include "server/sim/state_hash.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace crumple::sim {
 
 struct DentOutcome {
+  bool finite = true;          // false: the shape is put back to that of the last collision shape and held
   int plastic = 0;             // impulses above beta
   double strongest = 0;        // of them [N s]
   Vec3 point = Vec3::Zero();   // where the strongest acted, in W [m]
@@ -38,8 +40,10 @@ class ExampleBody {
   void follow(const Pose& X_WB);       // x from the pose
   // An impulse of this step, from Bullet, from soft contact or from a command; both in body axes.
   void strike(const Vec3& point_B, const Vec3& impulse_B) { strikes_.push_back({point_B, impulse_B}); }
-  // Sections 3.2 and 3.3: impulses into example weights, then shape, mass properties and restitution into `rigid`.
-  DentOutcome deform(double dt, double rate_dt, const ThreadPool& pool, RigidWorld& rigid);
+  // Sections 3.2 and 3.3: impulses into example weights, shape and restitution. Touches nothing but this body, so that
+  // bodies may deform side by side; `settle` then hands over to `rigid`.
+  void deform(double dt, double rate_dt, const ThreadPool& pool);
+  DentOutcome settle(RigidWorld& rigid);
 
   BodyTopology topology(const BodyDescription& body) const;
   void capture(const Pose& X_WB, bool with_values, BodyFrame& frame) const;
@@ -49,9 +53,16 @@ class ExampleBody {
   DeformableShape shape() const;       // convex parts, or the surface as triangles
   MassProperties mass_properties() const;
   void make_proxy();
+  bool shape_is_due() const;
+  void hold();
 
   example_based::ExampleParameters parameters_;
   double mass_ = 0;                    // [kg], constant
+  double shape_lag_ = 0;               // [m] what a vertex may move before collision shape and mass follow
+  std::vector<Vec3> shape_x_;          // state.x that they were taken from
+  bool shape_follows_ = true;          // they are of state.x itself
+  bool held_ = false;                  // went out of range: does not deform any more
+  std::optional<PreparedShape> next_shape_;             // from deform to settle
   std::vector<example_based::PointImpulse> strikes_;
   std::vector<example_based::VertexImpulse> impulses_;  // scratch
   example_based::SurfaceTree::Boxes boxes_;             // scratch

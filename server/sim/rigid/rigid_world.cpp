@@ -102,12 +102,25 @@ static Result<void> validate(const DeformableShape& shape, const MassProperties&
   return {};
 }
 
+PreparedShape::PreparedShape(std::unique_ptr<bullet::CollisionShape> shape, const MassProperties& properties)
+    : shape_(std::move(shape)), properties_(properties) {}
+PreparedShape::PreparedShape(PreparedShape&&) noexcept = default;
+PreparedShape& PreparedShape::operator=(PreparedShape&&) noexcept = default;
+PreparedShape::~PreparedShape() = default;
+
+Result<PreparedShape> PreparedShape::make(const DeformableShape& shape, const MassProperties& properties) {
+  if (const Result<void> valid = validate(shape, properties); !valid) return std::unexpected(valid.error());
+  const Pose X_PB = bullet::inverse(bullet::principal_frame(properties).X_BP);
+  return PreparedShape(bullet::deformable_shape(shape, X_PB), properties);
+}
+
 Result<void> RigidWorld::add_deformable(BodyId id, const DeformableShape& shape, const MassProperties& properties,
                                         double friction, double restitution, const Pose& X_WB, const Vec3& velocity,
                                         const Vec3& angular_velocity) {
-  if (const Result<void> valid = validate(shape, properties); !valid) return valid;
+  Result<PreparedShape> prepared = PreparedShape::make(shape, properties);
+  if (!prepared) return std::unexpected(prepared.error());
   auto body = std::make_unique<Body>(impl_->world, id, properties, X_WB);
-  body->set_moving_shape(bullet::deformable_shape(shape, bullet::inverse(body->X_BP())));
+  body->set_moving_shape(std::move(prepared->shape_));
   impl_->start(*body, velocity, angular_velocity);
   body->contact.friction = friction;
   body->contact.restitution = restitution;
@@ -120,12 +133,17 @@ void RigidWorld::remove(BodyId id) {
   impl_->bodies[id].reset();
 }
 
-Result<void> RigidWorld::set_shape_and_mass(BodyId id, const DeformableShape& shape, const MassProperties& properties) {
+void RigidWorld::set_shape_and_mass(BodyId id, PreparedShape next) {
   Body& body = impl_->at(id);
-  if (!body.is_moving()) return {};
-  if (const Result<void> valid = validate(shape, properties); !valid) return valid;
-  body.set_mass_properties(properties);
-  body.set_moving_shape(bullet::deformable_shape(shape, bullet::inverse(body.X_BP())));
+  if (!body.is_moving()) return;
+  body.set_mass_properties(next.properties_);
+  body.set_moving_shape(std::move(next.shape_));
+}
+
+Result<void> RigidWorld::set_shape_and_mass(BodyId id, const DeformableShape& shape, const MassProperties& properties) {
+  Result<PreparedShape> next = PreparedShape::make(shape, properties);
+  if (!next) return std::unexpected(next.error());
+  set_shape_and_mass(id, *std::move(next));
   return {};
 }
 

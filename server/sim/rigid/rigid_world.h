@@ -38,6 +38,27 @@ struct RigidStepReport {
 // Collision shape of a body that changes its shape: convex parts, or one triangle mesh, in body axes.
 using DeformableShape = std::variant<std::vector<ConvexHull>, SurfaceMesh>;
 
+namespace bullet {
+class CollisionShape;
+}
+
+// The next shape and mass properties of a deformable body, made ready apart from any world: several threads may each
+// make one at the same time.
+class PreparedShape {
+ public:
+  // Errors: no part, non-finite points, no sound triangle, mass or inertia not positive and finite.
+  static Result<PreparedShape> make(const DeformableShape& shape, const MassProperties& properties);
+  PreparedShape(PreparedShape&&) noexcept;
+  PreparedShape& operator=(PreparedShape&&) noexcept;
+  ~PreparedShape();
+
+ private:
+  friend class RigidWorld;
+  PreparedShape(std::unique_ptr<bullet::CollisionShape> shape, const MassProperties& properties);
+  std::unique_ptr<bullet::CollisionShape> shape_;
+  MassProperties properties_;
+};
+
 // Rigid bodies and their contacts with each other, over Bullet 3.24 in double precision (source unmodified; this class
 // is the only one that knows it). Same calls in the same order, same bits. Nothing ever sleeps.
 //
@@ -75,7 +96,8 @@ class RigidWorld {
   // New shape and mass properties of a moving body. Body axes keep their place, so that no point moves that the caller
   // did not move in B; momentum p and angular momentum L (each about the respective centre of mass) keep their values:
   // the velocity of the centre of mass becomes p / m, the angular velocity I^-1 L (Jones et al. 2016, section 3.3).
-  // Errors, nothing changed: no part, non-finite points, no sound triangle, mass or inertia not positive and finite.
+  void set_shape_and_mass(BodyId id, PreparedShape next);
+  // Errors, nothing changed: those of PreparedShape::make.
   Result<void> set_shape_and_mass(BodyId id, const DeformableShape& shape, const MassProperties& properties);
 
   // Kinematic bodies: where the body is to be at the end of the next step; it moves there evenly and drags what it

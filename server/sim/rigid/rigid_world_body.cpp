@@ -70,13 +70,18 @@ void Body::set_moving_shape(std::unique_ptr<CollisionShape> shape) {
   parts_[0].object->setCcdSweptSphereRadius(radius / 2);
 }
 
+PrincipalFrame principal_frame(const MassProperties& properties) {
+  const PrincipalAxes axes = principal_axes(properties.inertia);
+  return {{Quat(axes.R_BP).normalized(), properties.com}, axes.moments};
+}
+
 void Body::set_mass_properties(const MassProperties& properties) {
   const Pose X_WB = pose();
-  const PrincipalAxes axes = principal_axes(properties.inertia);
+  const PrincipalFrame frame = principal_frame(properties);
   const Vec3 p = mass * v;
   mass = properties.mass;
-  I = axes.moments;
-  X_BP_ = {Quat(axes.R_BP).normalized(), properties.com};
+  I = frame.moments;
+  X_BP_ = frame.X_BP;
   v = p / mass;
   set_pose(X_WB);
 }

@@ -21,11 +21,17 @@ inline Pose inverse(const Pose& X_AB) {
   return {R, -(R * X_AB.p_WB)};
 }
 
+struct PrincipalFrame {
+  Pose X_BP;
+  Vec3 moments;  // [kg m^2]
+};
+PrincipalFrame principal_frame(const MassProperties& properties);
+
 class Body {
  public:
   // Fixed or kinematic: one collision object a shape.
   Body(DynamicsWorld& world, BodyId id, RigidKind kind, const std::vector<PlacedShape>& shapes, const Pose& X_WB);
-  // Moving: one object about the centre of mass. X_BP comes from principal_axes(properties.inertia).
+  // Moving: one object about the centre of mass. X_BP is the principal frame.
   Body(DynamicsWorld& world, BodyId id, const MassProperties& properties, const Pose& X_WB);
   ~Body();
   Body(const Body&) = delete;
