@@ -1,0 +1,68 @@
+#include "server/sim/bodies/example_body.h"
+#include "tests/sim/world/world_bodies.h"
+
+#include <limits>
+
+namespace crumple::sim {
+namespace {
+
+constexpr double kDt = 1.0 / 60;
+
+// How far the points reach along n.
+double reach(const std::vector<Vec3>& points, const Vec3& n) {
+  double farthest = -std::numeric_limits<double>::infinity();
+  for (const Vec3& p : points) farthest = std::max(farthest, n.dot(p));
+  return farthest;
+}
+
+// What the shape reaches further than its collision proxy does, at most over some directions [m].
+double proxy_lag(const ExampleBody& body) {
+  double worst = 0;
+  for (const auto& part : body.rest.hull_vertices) {
+    std::vector<Vec3> now;
+    for (int i : part) now.push_back(body.state.x[i]);
+    for (const Vec3& n : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
+      worst = std::max(worst, reach(now, n) - reach(body.proxy.X, n));
+    }
+  }
+  return worst;
+}
+
+struct StruckBarrel : testing::Test {
+  RigidWorld rigid;
+  ThreadPool pool{1};
+  BodyDescription description = barrel("barrel", at(0, 1, 0));
+  Result<ExampleBody> body = ExampleBody::make(0, description, std::get<ExampleModel>(description.model), rigid, "b");
+
+  DentOutcome step() {
+    body->deform(kDt, kDt, pool);
+    return body->settle(rigid);
+  }
+};
+
+TEST_F(StruckBarrel, CollisionShapeFollowsWithinItsLagAndIsExactAtRest) {
+  ASSERT_TRUE(body);
+  body->strike(Vec3(0.33, 0, 0), Vec3(-40, 0, 0));
+  EXPECT_GT(step().plastic, 0);
+  double largest_lag = proxy_lag(*body);
+  int steps = 1;
+  for (; !body->state.active.empty() && steps < 5000; ++steps) {
+    step();
+    largest_lag = std::max(largest_lag, proxy_lag(*body));
+  }
+  EXPECT_LT(steps, 5000);
+  EXPECT_LT(body->state.E.col(0).minCoeff(), 0.99) << "the barrel must be dented for this to say anything";
+  EXPECT_LT(largest_lag, 6e-4);  // half a thousandth of its 1.1 m
+  EXPECT_LT(proxy_lag(*body), 1e-12);
+}
+
+TEST_F(StruckBarrel, ManySmallImpulsesAddUpAtTheirVertex) {
+  ASSERT_TRUE(body);
+  for (int k = 0; k < 3; ++k) body->strike(Vec3(0.33, 0, 0), Vec3(-0.4, 0, 0));  // beta is 1 N s
+  EXPECT_EQ(step().plastic, 1);
+  for (int k = 0; k < 2; ++k) body->strike(Vec3(0.33, 0, 0), Vec3(-0.4, 0, 0));
+  EXPECT_EQ(step().plastic, 0);
+}
+
+}  // namespace
+}  // namespace crumple::sim
