@@ -18,10 +18,12 @@ while [ $# -gt 0 ]; do
   shift
 done
 deploy/setup.sh --browser
-deploy/build.sh "$preset"
 if [ "$preset" = tsan ]; then  # the threaded parts
+  deploy/build.sh tsan threaded_tests
   select+=(-L threaded)
   export TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan.supp halt_on_error=1 history_size=7"
+else
+  deploy/build.sh "$preset"
 fi
 if [ "$preset" = asan ]; then
   export LSAN_OPTIONS="suppressions=$PWD/tests/support/lsan.supp" UBSAN_OPTIONS="print_stacktrace=1 halt_on_error=1"
