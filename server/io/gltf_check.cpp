@@ -1,6 +1,7 @@
 #include "server/io/gltf_check.h"
 
 #include "common/text.h"
+#include "server/io/side_files.h"
 
 #include <nlohmann/json.hpp>
 
@@ -92,6 +93,23 @@ Result<void> check_accessors(const nlohmann::json& accessors, const std::string&
   return {};
 }
 
+// `list`: buffers or images.
+Result<void> check_uris(const nlohmann::json& document, const char* list, const std::string& name) {
+  const auto items = document.find(list);
+  if (items == document.end()) return {};
+  if (!items->is_array()) return invalid(name, text("has ", list, " that are not a list"));
+  for (std::size_t i = 0; i < items->size(); ++i) {
+    const auto& item = (*items)[i];
+    if (!item.is_object() || !item.contains("uri")) continue;
+    const std::string uri = item["uri"].is_string() ? item["uri"].get<std::string>() : "";
+    if (uri.starts_with("data:")) continue;
+    if (!is_inside_name(uri) || uri.find("://") != std::string::npos)
+      return invalid(name, text(list, "[", i, "].uri is \"", uri.substr(0, 255),
+                                "\", must be a relative path in the file's folder or below it, or data"));
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<void> check_gltf(std::string_view content, const std::string& name) {
@@ -108,6 +126,8 @@ Result<void> check_gltf(std::string_view content, const std::string& name) {
     return invalid(name, "is not glTF 2: asset.version must begin with 2");
   if (const auto nodes = json.find("nodes"); nodes != json.end())
     if (auto valid = check_nodes(*nodes, name); !valid) return valid;
+  for (const char* list : {"buffers", "images"})
+    if (auto valid = check_uris(json, list, name); !valid) return valid;
   if (const auto accessors = json.find("accessors"); accessors != json.end()) return check_accessors(*accessors, name);
   return {};
 }

@@ -6,6 +6,7 @@
 #include "server/io/off_reader.h"
 #include "server/io/ply_reader.h"
 #include "server/io/polygon.h"
+#include "server/io/side_files.h"
 
 #include <assimp/BaseImporter.h>
 #include <assimp/Importer.hpp>
@@ -141,8 +142,12 @@ Result<void> read_by_assimp(const std::filesystem::path& file, Merger& merger, s
   }
   Assimp::Importer importer;
   keep_readers_of(importer, small_ending(file).substr(1));
+  std::string outside;
+  importer.SetIOHandler(new SideFiles(file, outside));  // the importer's from here on
   // No post-processing: Debian's Assimp asserts in its triangulation of noise, which would end the process.
   const aiScene* scene = importer.ReadFile(file.string(), 0);
+  if (!outside.empty())
+    return invalid(name, "names the file \"" + outside + "\", must name files in its folder or below it");
   if (scene == nullptr || scene->mRootNode == nullptr || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0)
     return invalid(name, text("cannot be read: ", importer.GetErrorString()));
   add_scene(*scene, merger, used);

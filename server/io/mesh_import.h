@@ -20,7 +20,7 @@ struct ImportedSurface {
 // triangulated, lines and points left out, equal positions merged. Colours, textures, skins and animations are not
 // looked at. Positions pass through single precision, except in PLY and OFF. Units are the file's: nothing is scaled.
 // Errors, naming the file and the reason: no such file, too large, an ending or a content that cannot be read, no
-// triangle in it, what validate(SurfaceMesh) rejects.
+// triangle in it, a file that it names outside of its folder, what validate(SurfaceMesh) rejects.
 Result<ImportedSurface> import_surface(const std::filesystem::path& file);
 
 }  // namespace crumple::io

@@ -3,9 +3,8 @@
 #include "server/io/asset_file.h"
 #include "server/io/mesh_file.h"
 #include "server/io/mesh_import.h"
+#include "server/io/side_files.h"
 #include "server/io/tet_import.h"
-
-#include <algorithm>
 
 namespace crumple::io {
 namespace {
@@ -31,22 +30,15 @@ Result<Content> from_asset(const std::string& name, const fs::path& file, const 
   return invalid("", "is \"" + name + "\", which holds another kind of asset, must hold " + kind);
 }
 
-bool is_inside(const fs::path& file, const fs::path& folder) {
-  return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first == folder.end();
-}
-
 }  // namespace
 
 Result<fs::path> SceneFolder::resolve(const std::string& name) const {
-  const fs::path given(name);
-  if (name.empty() || name.find('\0') != std::string::npos || given.is_absolute() || given.has_root_path())
-    return outside(name);
-  if (std::ranges::find(given, fs::path("..")) != given.end()) return outside(name);
+  if (!is_inside_name(name)) return outside(name);
   std::error_code failure;
   const fs::path folder = fs::canonical(folder_.empty() ? fs::path(".") : folder_, failure);
   if (failure) return invalid("", "is \"" + name + "\", but the scene's folder cannot be read");
-  const fs::path file = fs::weakly_canonical(folder / given, failure);
-  if (failure || !is_inside(file, folder)) return outside(name);
+  const fs::path file = fs::weakly_canonical(folder / name, failure);
+  if (failure || !lies_inside(file, folder)) return outside(name);
   return file;
 }
 

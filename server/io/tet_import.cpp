@@ -2,6 +2,7 @@
 
 #include "server/io/mesh_file.h"
 #include "server/io/mesh_import.h"
+#include "server/io/side_files.h"
 
 namespace crumple::io {
 
@@ -10,6 +11,11 @@ Result<ImportedTets> import_tets(const std::filesystem::path& file) {
   if (!has_ending(file, {".node", ".ele", ".msh", ".veg"}))
     return invalid(name, "is not a tet mesh file: its ending must be .node, .ele, .msh or .veg");
   const bool tetgen = has_ending(file, {".node", ".ele"});
+  for (const char* ending : {".node", ".ele"}) {
+    const std::filesystem::path side = std::filesystem::path(file).replace_extension(ending);
+    if (tetgen && !lies_inside(side, file.parent_path()))
+      return invalid(side.filename().string(), "is a link that leads out of its folder");
+  }
   const std::filesystem::path first = tetgen ? std::filesystem::path(file).replace_extension(".node") : file;
   const auto content = read_whole(first, kMaxMeshFileBytes);
   if (!content) return std::unexpected(content.error());

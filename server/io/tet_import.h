@@ -14,7 +14,7 @@ struct ImportedTets {
   int other_elements = 0;  // points, lines, triangles ... of a gmsh file, left out
 };
 
-// Reads a tet mesh by the file's ending: TetGen (.node or .ele; the other one must lie beside it), gmsh ASCII 2.x and
+// Reads a tet mesh by the file's ending: TetGen (.node or .ele; the other one lies beside it), gmsh ASCII 2.x and
 // 4.1 (.msh), Vega (.veg with TETS). Regions, attributes and materials are not looked at. Units are the file's.
 // Errors name file, line and value, or, for what validate(TetMesh) rejects, the file and the tet.
 Result<ImportedTets> import_tets(const std::filesystem::path& file);

@@ -1,8 +1,8 @@
 #include "server/io/mesh_import.h"
 #include "server/io/ply_reader.h"
 
-#include "tests/io/scratch_folder.h"
 #include "tests/support/shared_data.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,11 +17,13 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::filesystem::path write(const std::string& name, const std::string& content) {
-  const auto file = test::scratch_folder() / name;
-  std::ofstream(file, std::ios::binary) << content;
-  return file;
+// One for all tests of this file.
+const test::TemporaryFolder& scratch() {
+  static const test::TemporaryFolder folder;
+  return folder;
 }
+
+std::filesystem::path write(const std::string& name, const std::string& content) { return scratch().write(name, content); }
 
 std::string content_of(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -150,8 +152,8 @@ TEST(MeshImport, ReadsEachFormat) {
 // ---- bad input -----------------------------------------------------------------------------------------------------
 TEST(MeshImport, ErrorsNameTheFileAndTheReason) {
   const auto text = [](const Result<ImportedSurface>& r) { return r ? std::string("no error") : r.error().text(); };
-  EXPECT_THAT(text(import_surface(test::scratch_folder() / "absent.obj")), HasSubstr("absent.obj does not exist"));
-  EXPECT_EQ(import_surface(test::scratch_folder() / "absent.obj").error().code, ErrorCode::not_found);
+  EXPECT_THAT(text(import_surface(scratch().path() / "absent.obj")), HasSubstr("absent.obj does not exist"));
+  EXPECT_EQ(import_surface(scratch().path() / "absent.obj").error().code, ErrorCode::not_found);
   EXPECT_THAT(text(import_surface(write("a.blend", "x"))), HasSubstr("a.blend is not a surface mesh file"));
   EXPECT_THAT(text(import_surface(write("empty.obj", ""))), HasSubstr("empty.obj is empty"));
   EXPECT_THAT(text(import_surface(write("points.obj", "v 0 0 0\nv 1 0 0\n"))), HasSubstr("points.obj"));
