@@ -1,33 +1,14 @@
 // usage: page_test.mjs BIN ROOT    Exit 0: passed; 77: no browser or no built page; 1: failed.
 // Starts crumple-server and crumple-viewer on free ports with the scene of three barrels, loads the page in headless
 // Chromium, and claims: pixels stay while the world is paused, a click pushes a body, and pixels change while it runs.
-import { spawn } from 'node:child_process';
-import { existsSync } from 'node:fs';
-import { createRequire } from 'node:module';
+import { Programs, launch, missing } from '../../client/viewer/browse.mjs';
 
 const [bin, root] = process.argv.slice(2);
-const web = `${root}/client/viewer/web`;
-const chromium = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
-if (!chromium || !existsSync(`${web}/dist/index.html`) || !existsSync(`${web}/node_modules/puppeteer-core`)) {
-  console.log('SKIPPED: needs Chromium and the built page');
+if (missing(root)) {
+  console.log(`SKIPPED: needs ${missing(root)}`);
   process.exit(77);
 }
-const puppeteer = createRequire(`${web}/package.json`)('puppeteer-core');
-
-const children = [];
-const start = (program, args, pattern) => new Promise((resolve, reject) => {
-  const child = spawn(`${bin}/${program}`, args);
-  children.push(child);
-  let text = '';
-  const read = (data) => {
-    text += data;
-    const found = text.match(pattern);
-    if (found) resolve(found[0]);
-  };
-  child.stdout.on('data', read);
-  child.stderr.on('data', read);
-  child.on('exit', (code) => reject(new Error(`${program} ended with ${code}: ${text}`)));
-});
+const programs = new Programs(bin);
 
 const claim = (holds, what) => {
   if (!holds) throw new Error(`not so: ${what}`);
@@ -35,11 +16,9 @@ const claim = (holds, what) => {
 };
 
 async function run() {
-  const server = await start('crumple-server', ['--listen', '127.0.0.1:0', '--scenes', `${root}/deploy/scenes`], /127\.0\.0\.1:\d+/);
-  const page = await start('crumple-viewer', ['--server', server, '--scene', 'barrels.json', '--port', '0'], /http:\/\/\S+/);
-  const browser = await puppeteer.launch({ executablePath: chromium, headless: true, protocolTimeout: 120000,
-    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-first-run',
-      '--disable-background-networking', '--disable-component-update', '--disable-sync', '--disable-quic', '--no-proxy-server'] });
+  const server = await programs.start('crumple-server', ['--listen', '127.0.0.1:0', '--scenes', `${root}/deploy/scenes`], /127\.0\.0\.1:\d+/);
+  const page = await programs.start('crumple-viewer', ['--server', server, '--scene', 'barrels.json', '--port', '0'], /http:\/\/\S+/);
+  const browser = await launch(root);
   try {
     const tab = await browser.newPage();
     await tab.setViewport({ width: 900, height: 640 });
@@ -121,8 +100,5 @@ try {
   failed = true;
   console.log(error.stack ?? String(error));
 }
-for (const child of children) {
-  child.removeAllListeners('exit');
-  child.kill('SIGTERM');
-}
+programs.stop();
 process.exit(failed ? 1 : 0);

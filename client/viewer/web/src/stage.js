@@ -64,7 +64,6 @@ export class Stage {
     this.epoch = topology.epoch;
     this.changed = true;
     this.bodies = topology.bodies.map((body) => this.makeBody(body));
-    if (!this.framed) this.frameCamera();
   }
 
   makeBody(body) {
@@ -109,6 +108,7 @@ export class Stage {
       }
       this.setValues(body, moved.values);
     }
+    if (!this.framed) this.frameCamera();
   }
 
   // Colours vertices from the body's own colour (0) to red (1).
@@ -139,24 +139,38 @@ export class Stage {
     }
   }
 
-  // Looks at everything that is not huge, from the front and above.
+  // Looks at what may move, and down to what it would fall on, from the front and above; from the side where fixed
+  // bodies hide the least of it.
   frameCamera() {
+    for (const body of this.bodies) body.mesh.updateWorldMatrix(false, false);
+    const loose = this.bodies.filter((body) => body.model !== 'fixed');
+    const fixed = this.bodies.filter((body) => body.model === 'fixed');
+    const centres = [];
     const box = new THREE.Box3();
-    for (const body of this.bodies) {
-      body.mesh.geometry.computeBoundingBox();
-      const size = body.mesh.geometry.boundingBox.getSize(new THREE.Vector3());
-      if (size.length() < 16) box.expandByObject(body.mesh);
-    }
-    // Things fall: down to the ground under them.
-    for (const body of this.bodies) {
-      const ground = body.mesh.geometry.boundingBox;
-      if (box.isEmpty() || ground.getSize(new THREE.Vector3()).length() < 16 || ground.max.y > box.min.y) continue;
-      box.min.y = Math.max(ground.max.y, box.min.y - 20);
+    for (const body of loose.length ? loose : fixed) {
+      const own = new THREE.Box3().setFromObject(body.mesh);
+      centres.push(own.getCenter(new THREE.Vector3()));
+      box.union(own);
     }
     if (box.isEmpty()) box.set(new THREE.Vector3(-2, 0, -2), new THREE.Vector3(2, 2, 2));
+    const down = new THREE.Raycaster(box.getCenter(new THREE.Vector3()), new THREE.Vector3(0, -1, 0), 0, 20);
+    const under = down.intersectObjects(fixed.map((body) => body.mesh), false);
+    if (under.length) box.min.y = Math.min(box.min.y, under.at(-1).point.y);
+
     const centre = box.getCenter(new THREE.Vector3());
-    const radius = Math.max(1.5, 0.5 * box.getSize(new THREE.Vector3()).length());
-    this.camera.position.copy(centre).add(new THREE.Vector3(0.75, 0.5, 1).normalize().multiplyScalar(radius * 2.1));
+    const distance = 2.4 * Math.max(1.2, 0.5 * box.getSize(new THREE.Vector3()).length());
+    let best = { hidden: Infinity };
+    for (const turn of [0, -0.5, 0.5, -1, 1, -1.6, 1.6, -2.2, 2.2, 3.14]) {
+      const from = new THREE.Vector3(0.75, 0.5, 1).normalize().multiplyScalar(distance)
+        .applyAxisAngle(new THREE.Vector3(0, 1, 0), turn).add(centre);
+      const hidden = [...centres, centre].filter((point) => {
+        const way = point.clone().sub(from);
+        const sight = new THREE.Raycaster(from, way.clone().normalize(), 0, 0.98 * way.length());
+        return sight.intersectObjects(fixed.map((body) => body.mesh), false).length > 0;
+      }).length;
+      if (hidden < best.hidden) best = { hidden, from };
+    }
+    this.camera.position.copy(best.from);
     this.controls.target.copy(centre);
     this.controls.update();
     this.sun.target.position.copy(centre);
