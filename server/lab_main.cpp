@@ -3,6 +3,7 @@
 #include "server/io/scene_file.h"
 #include "server/lab/benchmark.h"
 #include "server/lab/benchmark_scenes.h"
+#include "server/lab/chart/chart_command.h"
 #include "server/lab/material_replay.h"
 #include "server/lab/static_solve.h"
 #include "server/lab/trajectory.h"
@@ -206,6 +207,8 @@ int main(int argc, char** argv) {
   b->add_option("--seed", bench.seed, "barrels")->capture_default_str();
   b->add_flag("--json", json, "the output is JSON always; accepted for scripts that say so");
   b->callback([&] { exit_code = bench.run(); });
+
+  lab::chart::add_chart_command(app, exit_code);
 
   try {
     app.parse(argc, argv);

@@ -1,0 +1,69 @@
+#pragma once
+
+#include "common/frame_codec.h"
+#include "server/authoring/shapes/box_lattice.h"
+#include "server/lab/static_solve.h"
+#include "server/sim/fem/fem_material.h"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace crumple::lab::chart {
+
+enum class BodyKind { rigid, default_rig, fitted_rig, finite_elements };
+
+// Everything that a knob can turn. A measure reads what its scene has and leaves the rest. A new option of the product
+// is one more field here and one more knob in knobs.cpp.
+struct Setup {
+  double dt = 1.0 / 60;            // [s]
+  double cg_tolerance = 1e-3;      // the product's default
+  int cg_cap = 3000;               // no cap in reach
+  bool float_solver = false;       // matrix blocks in float
+  Precision precision = Precision::double_;  // of a static solve's factor
+  sim::fem::RotationRule rotation = sim::fem::RotationRule::svd;
+  int threads = 1;
+  authoring::Lattice lattice = authoring::Lattice::kuhn;
+  int cells = 4;                   // across the thickness of a beam, along an edge of a block
+  BodyKind body = BodyKind::finite_elements;
+  double alpha = 100;              // of an example-based body [1/m]
+  double phi = 1e6;                // of the paper's damping contact [N s/m^3]
+  double kappa = 100;              // of the default contact
+  double recovery_steps = 4;
+  Codec codec = Codec::quantised16;
+  bool compress = true;
+  double strain = 0;               // of a material point [-]
+  std::string case_name, level, field;  // of the yardstick
+  double poisson = 0;              // of a case that lists several [-]
+  int seed = 1;                    // of a chaotic scene
+};
+
+struct KnobValue {
+  double value;
+  std::string label;
+  bool heavy = false;  // left out by --quick
+};
+
+// A name, values, and how a value changes a set-up.
+struct Knob {
+  std::string name;
+  std::vector<KnobValue> values;
+  std::function<void(Setup&, double)> turn;
+};
+
+namespace knobs {
+Knob dt();                             // 1/15 .. 1/960 s
+Knob cg_tolerance();                   // 1e-1 .. 1e-8
+Knob cg_cap();                         // 5 .. 500, at a tolerance out of reach
+Knob cells(std::vector<int> across, int heavy_from = 1000);
+Knob threads();                        // 1, 2, 4 .. as many as the process may use
+Knob alpha();
+Knob phi();
+Knob kappa();
+Knob strain();
+Knob levels(std::vector<std::string> names, const std::string& heavy = "");
+Knob grid(std::vector<double> dts, std::vector<double> tolerances, double heavy_below);  // dt x CG tolerance
+}  // namespace knobs
+
+}  // namespace crumple::lab::chart
