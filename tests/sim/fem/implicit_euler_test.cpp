@@ -120,6 +120,52 @@ TEST(ImplicitEuler, F2PrintedDecays) {
   }
 }
 
+// F2: the numerical frequency is atan(h) / (2 pi dt). Printed for dt = 1/60: 1 Hz -> .996368, 5 -> 4.606, 30 -> 12.06;
+// half of the amplitude is left after 2.11 and 0.44 cycles.
+TEST(ImplicitEuler, F2PrintedFrequencies) {
+  struct Row {
+    double hertz, printed, digits, half_cycles;
+  };
+  for (const Row& row : {Row{1, 0.996368, 1e-6, 2.11}, Row{5, 4.606, 5e-4, 0.44}, Row{30, 12.06, 5e-3, 0}}) {
+    Breathing mode;
+    mode.start(0.1, 0);
+    const double dt = 2 * std::numbers::pi * row.hertz / 60 / mode.omega;
+    StepScratch scratch;
+    std::vector<double> a;
+    for (int k = 0; k < 4; ++k) {
+      implicit_euler_step(mode.rest, mode.mesh.tets, mode.state, Eigen::VectorXd::Zero(12), {}, tight(dt), kOne,
+                          scratch);
+      a.push_back(mode.amplitude());
+    }
+    // a_k = r^k cos(k phi + delta): a_{k+1} = p a_k - q a_{k-1}, r = sqrt(q), cos(phi) = p / (2 r).
+    const double det = a[1] * a[1] - a[0] * a[2];
+    const double p = (a[1] * a[2] - a[0] * a[3]) / det, q = (a[2] * a[2] - a[1] * a[3]) / det;
+    const double phase = std::acos(p / (2 * std::sqrt(q)));
+    EXPECT_NEAR(phase * 60 / (2 * std::numbers::pi), row.printed, row.digits);
+    if (row.half_cycles == 0) continue;
+    const double steps = std::log(0.5) / std::log(std::sqrt(q));
+    EXPECT_NEAR(steps * phase / (2 * std::numbers::pi), row.half_cycles, 5e-3);
+  }
+}
+
+// F3: a mode swings if c < 2 omega and creeps back if not, at any dt.
+TEST(ImplicitEuler, F3SwingsBelowCriticalDampingOnly) {
+  const double omega = Breathing().omega;
+  for (const double ratio : {0.9, 1.1})  // c / (2 omega), half by mass and half by stiffness
+    for (const double h : {0.1, 0.5}) {
+      Breathing mode(ratio * omega, ratio / omega);
+      mode.start(0.1, 0);
+      StepScratch scratch;
+      bool crossed = false;
+      for (int k = 0; k < 400; ++k) {
+        implicit_euler_step(mode.rest, mode.mesh.tets, mode.state, Eigen::VectorXd::Zero(12), {}, tight(h / omega),
+                            kOne, scratch);
+        crossed = crossed || mode.amplitude() < -1e-9;
+      }
+      EXPECT_EQ(crossed, ratio < 1) << h;
+    }
+}
+
 // F3: with c = alpha + beta omega^2 and D = 1 + dt c + h^2 the amplitudes satisfy
 // x_{n+1} - 2 cos(phi) / sqrt(D) x_n + x_{n-1} / D = 0, cos(phi) = (2 + dt c) / (2 sqrt(D)).
 TEST(ImplicitEuler, F3RayleighDampedModeFollowsTheFormula) {

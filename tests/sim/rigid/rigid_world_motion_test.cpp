@@ -45,18 +45,20 @@ TEST(RigidWorld, ThrownBodysCentreOfMassFliesAParabola) {
 TEST(RigidWorld, MiddleAxisSpinFlips) {
   MassProperties properties{.mass = 1, .com = Vec3::Zero(), .inertia = Vec3(1, 2, 3).asDiagonal()};
   const DeformableShape shape = std::vector<ConvexHull>{{box_surface({1, 1, 1}).vertices}};
-  RigidWorld world({.gravity = Vec3::Zero()});
-  ASSERT_TRUE(world.add_deformable(0, shape, properties, 0.5, 0, {}, Vec3::Zero(), {1e-3, 1, 1e-3}));
-  const Vec3 L = world.angular_momentum(0);
-  const double E = world.kinetic_energy(0);
-  double lowest = 1;
-  for (int i = 0; i < 60 * 250; ++i) {
-    world.step(1.0 / 250);
-    ASSERT_NEAR(world.kinetic_energy(0) / E, 1, 1e-3);
-    lowest = std::min(lowest, (world.pose(0).R_WB.conjugate() * world.angular_velocity(0)).y());
+  for (const int rate : {60, 250}) {
+    RigidWorld world({.gravity = Vec3::Zero()});
+    ASSERT_TRUE(world.add_deformable(0, shape, properties, 0.5, 0, {}, Vec3::Zero(), {1e-3, 1, 1e-3}));
+    const Vec3 L = world.angular_momentum(0);
+    const double E = world.kinetic_energy(0);
+    double lowest = 1;
+    for (int i = 0; i < 60 * rate; ++i) {
+      world.step(1.0 / rate);
+      ASSERT_NEAR(world.kinetic_energy(0) / E, 1, 1e-3);
+      lowest = std::min(lowest, (world.pose(0).R_WB.conjugate() * world.angular_velocity(0)).y());
+    }
+    EXPECT_LT(lowest, -0.99);
+    EXPECT_EQ(world.angular_momentum(0), L);
   }
-  EXPECT_LT(lowest, -0.99);
-  EXPECT_EQ(world.angular_momentum(0), L);
 }
 
 TEST(RigidWorld, UniformShrinkSpinsUp) {  // F11: 0.8 in size, I x .64, w x 1.5625, energy x 1.5625
