@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-// What a mesh file names beside itself: buffers of a .gltf, the .mtl of an OBJ, the .ele of a .node. It lies in the mesh
-// file's folder or below it.
+// What a mesh file names beside itself: buffers of a .gltf, the .mtl of an OBJ, the .ele of a .node. It lies in the
+// mesh file's folder or below it.
 namespace crumple::io {
 
 // A relative path without "..", as a name in a file has to be. Says nothing about links.

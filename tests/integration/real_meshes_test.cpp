@@ -65,8 +65,8 @@ TEST(RealMeshes, ACrackedWallBreaksUnderTheBall) {
   v1::Scene scene = shipped_scene("pane");
   v1::Body& wall = body_of(scene, "pane");  // 2 x 2 x 0.63 m from its foot
   *wall.mutable_pose() = parse<v1::Pose>("position { y: 0.2 }");
-  *wall.mutable_fem()->mutable_mesh() = parse<v1::TetSource>(
-      "enclosing { surface { file: 'kaykit_wall_cracked.glb' scale: 0.5 } tet_budget: 2000 }");
+  *wall.mutable_fem()->mutable_mesh() =
+      parse<v1::TetSource>("enclosing { surface { file: 'kaykit_wall_cracked.glb' scale: 0.5 } tet_budget: 2000 }");
   wall.mutable_fem()->mutable_material()->set_toughness(5e4);  // brick
   SceneRun run(scene, shared_data("meshes"));
   ASSERT_TRUE(run.started());

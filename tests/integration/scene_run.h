@@ -67,11 +67,12 @@ class SceneRun {
   }
 
   int events_of(sim::EventKind kind, const std::string& body) const {
-    return static_cast<int>(std::ranges::count_if(events, [&](const sim::Event& event) {
-      return event.kind == kind && event.body == world_->find(body);
-    }));
+    return static_cast<int>(std::ranges::count_if(
+        events, [&](const sim::Event& event) { return event.kind == kind && event.body == world_->find(body); }));
   }
-  int frozen_bodies() const { return static_cast<int>(std::ranges::count(events, sim::EventKind::frozen, &sim::Event::kind)); }
+  int frozen_bodies() const {
+    return static_cast<int>(std::ranges::count(events, sim::EventKind::frozen, &sim::Event::kind));
+  }
 
   // Largest share of examples other than rest over the body's vertices [-]: 0 where it was never dented.
   double dent(const std::string& body) const {

@@ -15,8 +15,8 @@
 namespace crumple::io {
 namespace {
 
-using ::testing::HasSubstr;
 using test::TemporaryFolder;
+using ::testing::HasSubstr;
 
 const std::string kObj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
@@ -26,7 +26,8 @@ std::string gltf(const std::string& uri) {
     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
     "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0,0,0], "max": [1,1,0]}],
     "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 36}],
-    "buffers": [{"byteLength": 36, "uri": ")" + uri + "\"}]}";
+    "buffers": [{"byteLength": 36, "uri": ")" +
+         uri + "\"}]}";
 }
 
 std::string nine_floats() {
@@ -45,7 +46,8 @@ std::string text_of(const Result<Imported>& result) {
 
 TEST(SideFiles, NamesInsideAreRelativeWithoutDots) {
   for (const char* name : {"a.bin", "sub/a.bin", "./a.bin", "..a", "a..b/c"}) EXPECT_TRUE(is_inside_name(name)) << name;
-  for (const char* name : {"", "..", "../a.bin", "sub/../../a.bin", "/a.bin", "sub/.."}) EXPECT_FALSE(is_inside_name(name)) << name;
+  for (const char* name : {"", "..", "../a.bin", "sub/../../a.bin", "/a.bin", "sub/.."})
+    EXPECT_FALSE(is_inside_name(name)) << name;
   EXPECT_FALSE(is_inside_name(std::string_view("a\0b", 3)));
 }
 
@@ -68,11 +70,13 @@ TEST(SideFiles, OfAGltfOutsideItsFolderAreErrors) {
   for (const std::string& uri : {std::string("../secret.bin"), outside.string(), "file://" + outside.string(),
                                  std::string("x/../../secret.bin"), std::string("../nowhere.bin")}) {
     const auto surface = import_surface(folder.write("meshes/m.gltf", gltf(uri)));
-    EXPECT_THAT(text_of(surface), HasSubstr("m.gltf buffers[0].uri is \"" + uri + "\", must be a relative path")) << uri;
+    EXPECT_THAT(text_of(surface), HasSubstr("m.gltf buffers[0].uri is \"" + uri + "\", must be a relative path"))
+        << uri;
   }
   // What the name does not show: percent signs and links.
   std::filesystem::create_symlink(outside, folder.path() / "meshes/link.bin");
-  EXPECT_THAT(text_of(import_surface(folder.write("meshes/m.gltf", gltf("link.bin")))), HasSubstr("\"link.bin\", must name files in its folder"));
+  EXPECT_THAT(text_of(import_surface(folder.write("meshes/m.gltf", gltf("link.bin")))),
+              HasSubstr("\"link.bin\", must name files in its folder"));
   EXPECT_NE(text_of(import_surface(folder.write("meshes/m.gltf", gltf("%2e%2e/secret.bin")))), "no error");
   const std::string image = R"({"asset": {"version": "2.0"}, "images": [{"uri": "../../x.png"}]})";
   EXPECT_THAT(text_of(import_surface(folder.write("meshes/i.gltf", image))), HasSubstr("images[0].uri"));
@@ -104,7 +108,8 @@ TEST(SideFiles, OfTetGenMayNotLinkOut) {
   folder.write("meshes/t.node", "4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n");
   const auto outside = folder.write("t.ele", "1 4 0\n0 0 1 2 3\n");
   std::filesystem::create_symlink(outside, folder.path() / "meshes/t.ele");
-  EXPECT_THAT(text_of(import_tets(folder.path() / "meshes/t.node")), HasSubstr("t.ele is a link that leads out of its folder"));
+  EXPECT_THAT(text_of(import_tets(folder.path() / "meshes/t.node")),
+              HasSubstr("t.ele is a link that leads out of its folder"));
 }
 
 // The whole way: the error names the scene's field first.
