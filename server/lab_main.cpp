@@ -5,6 +5,7 @@
 #include "server/lab/benchmark_scenes.h"
 #include "server/lab/chart/chart_command.h"
 #include "server/lab/material_replay.h"
+#include "server/lab/stability/stability_command.h"
 #include "server/lab/static_solve.h"
 #include "server/lab/trajectory.h"
 #include "server/lab/vibration_modes.h"
@@ -209,6 +210,8 @@ int main(int argc, char** argv) {
   b->callback([&] { exit_code = bench.run(); });
 
   lab::chart::add_chart_command(app, exit_code);
+
+  lab::stability::add_command(app, exit_code);
 
   try {
     app.parse(argc, argv);
