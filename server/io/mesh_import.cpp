@@ -20,6 +20,9 @@
 namespace crumple::io {
 namespace {
 
+// Faces that a scene may place, as many as validate(SurfaceMesh) takes: a small file can name its meshes without end.
+constexpr std::size_t kMaxPlacedFaces = 5'000'000;
+
 // Collects triangles; vertices at exactly the same place become one.
 class Merger {
  public:
@@ -94,15 +97,22 @@ void add_mesh(const sim::SurfaceMesh& mesh, Merger& merger, std::vector<char>& u
 }
 
 // Depth first, with a stack of our own: a file may nest deeper than the call stack.
-void add_scene(const aiScene& scene, Merger& merger, std::vector<char>& used) {
+Result<void> add_scene(const aiScene& scene, const std::string& name, Merger& merger, std::vector<char>& used) {
+  std::size_t placed = 0;
   std::vector<std::pair<const aiNode*, aiMatrix4x4>> stack{{scene.mRootNode, scene.mRootNode->mTransformation}};
   while (!stack.empty()) {
     const auto [node, placement] = stack.back();
     stack.pop_back();
-    for (unsigned m = 0; m < node->mNumMeshes; ++m) add_mesh(*scene.mMeshes[node->mMeshes[m]], placement, merger, used);
+    for (unsigned m = 0; m < node->mNumMeshes; ++m) {
+      const aiMesh& mesh = *scene.mMeshes[node->mMeshes[m]];
+      if ((placed += mesh.mNumFaces) > kMaxPlacedFaces)
+        return invalid(name, text("places its meshes so often that they have more than ", kMaxPlacedFaces, " faces"));
+      add_mesh(mesh, placement, merger, used);
+    }
     for (unsigned c = node->mNumChildren; c-- > 0;)
       stack.emplace_back(node->mChildren[c], placement * node->mChildren[c]->mTransformation);
   }
+  return {};
 }
 
 // Vertices that no triangle has (of lines, points, or left over) would be enclosed and drawn for nothing.
@@ -150,8 +160,7 @@ Result<void> read_by_assimp(const std::filesystem::path& file, Merger& merger, s
     return invalid(name, "names the file \"" + outside + "\", must name files in its folder or below it");
   if (scene == nullptr || scene->mRootNode == nullptr || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0)
     return invalid(name, text("cannot be read: ", importer.GetErrorString()));
-  add_scene(*scene, merger, used);
-  return {};
+  return add_scene(*scene, name, merger, used);
 }
 
 Result<void> read_by_ourselves(const std::filesystem::path& file, Merger& merger, std::vector<char>& used) {

@@ -192,6 +192,28 @@ TEST(MeshImport, RefusesGltfThatWouldRecurseForEver) {
   EXPECT_THAT(text(import_surface(write("old.gltf", R"({"asset":{"version":"1.0"}})"))), HasSubstr("not glTF 2"));
 }
 
+// A file of half a megabyte that would become ten million triangles.
+TEST(MeshImport, RefusesMeshesPlacedWithoutEnd) {
+  std::string floats(10'000 * 36, '\0'), nodes, roots;
+  for (std::size_t k = 0; k < floats.size(); k += 4) {
+    const float x = static_cast<float>(k * k % 1009);
+    std::memcpy(floats.data() + k, &x, 4);
+  }
+  for (int n = 0; n < 1000; ++n) {
+    nodes += R"({"mesh":0},)";
+    roots += std::to_string(n) + ",";
+  }
+  nodes.pop_back();
+  roots.pop_back();
+  write("many.bin", floats);
+  const auto surface = import_surface(write("many.gltf", R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[)" + roots +
+      R"(]}],"nodes":[)" + nodes + R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+      "accessors":[{"bufferView":0,"componentType":5126,"count":30000,"type":"VEC3"}],
+      "bufferViews":[{"buffer":0,"byteLength":360000}],"buffers":[{"byteLength":360000,"uri":"many.bin"}]})"));
+  ASSERT_FALSE(surface);
+  EXPECT_THAT(surface.error().text(), HasSubstr("many.gltf places its meshes so often"));
+}
+
 // One triangle and one quad, with a property and an element that nobody asked for, in all three formats.
 TEST(MeshImport, ReadsEveryKindOfPly) {
   const auto header = [](const char* format) {

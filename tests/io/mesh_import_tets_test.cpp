@@ -166,6 +166,8 @@ TEST(TetImport, ErrorsNameFileLineAndValue) {
               HasSubstr("a.ele.tets[0] names node 2 twice"));
   EXPECT_THAT(text(read_tetgen("9000000000 3 0 0\n", kTets0, "a.node", "a.ele")),
               HasSubstr("number of nodes is 9000000000"));
+  EXPECT_THAT(text(read_tetgen(kNodes0, replaced(kTets0, "2 4 0", "10000000 4 0"), "a.node", "a.ele")),
+              HasSubstr("a.ele:1 number of tets is 10000000, must be in [1, 2000000]"));
   EXPECT_THAT(text(read_tetgen(replaced(kNodes0, "1 1 0 0", "1 1e999 0 0"), kTets0, "a.node", "a.ele")),
               HasSubstr("'1e999'"));
 
