@@ -159,7 +159,7 @@ authoring::PoseField reference_field(const Workshop& workshop) {
 
 Result<sim::example_based::ExampleSet> example_set(const Setup& setup, const Workshop& workshop) {
   if (setup.body == BodyKind::default_rig) return authoring::make_default_asset(surface(), {.enclosing = {.cell_size = 0.1}});
-  auto rig = authoring::make_rig(surface(), {.cell_size = 0.1}, 48);
+  auto rig = authoring::make_rig(surface(), {.cell_size = 0.06}, 120);
   if (!rig) return std::unexpected(rig.error());
   authoring::add_example(*rig, "struck", reference_field(workshop));
   rig->set.convex_parts = {rig->surface};

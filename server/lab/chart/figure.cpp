@@ -14,7 +14,7 @@
 namespace crumple::lab::chart {
 namespace {
 
-constexpr double kPanelWidth = 430, kPanelHeight = 360, kLeft = 84, kGap = 84, kRight = 26, kTop = 44, kBottom = 58;
+constexpr double kPanel = 430, kLonePanel = 660, kPanelHeight = 360, kLeft = 84, kGap = 84, kRight = 26, kTop = 44, kBottom = 58;
 constexpr double kLegendRow = 17, kFooter = 24;
 const char* const kColours[] = {"#0b6e99", "#d1495b", "#3a8f4d", "#8a5fbf", "#e08e1b", "#5b5b5b", "#17a2a2", "#a0522d", "#c04fa0", "#7a8f00"};
 constexpr int kColourCount = 10;
@@ -76,26 +76,40 @@ struct Panel {
 
 class Canvas {
  public:
-  Canvas(int panels, int legend_rows) {
-    width_ = kLeft + panels * kPanelWidth + (panels - 1) * kGap + kRight;
+  Canvas(int panels, int legend_rows) : panel_width_(panels == 1 ? kLonePanel : kPanel) {
+    width_ = kLeft + panels * panel_width_ + (panels - 1) * kGap + kRight;
     height_ = kTop + kPanelHeight + kBottom + legend_rows * kLegendRow + kFooter;
   }
   double width() const { return width_; }
   double height() const { return height_; }
   double x(double px) const { return px / width_; }
   double y(double px) const { return px / height_; }
-  double panel_left(int k) const { return kLeft + k * (kPanelWidth + kGap); }
+  double panel_width() const { return panel_width_; }
+  double panel_left(int k) const { return kLeft + k * (panel_width_ + kGap); }
   double panel_bottom() const { return height_ - kTop - kPanelHeight; }
 
  private:
-  double width_, height_;
+  double panel_width_, width_, height_;
 };
 
+// A number a decade, or 1, 2 and 5 of each where decades are few, or each second or third where they are many.
 std::string ticks(const char* axis, const Axis& a) {
-  // A number a decade; a number each two or three where decades are many.
   const double decades = std::log10(a.high / a.low);
+  const int every = static_cast<int>(std::ceil(decades / 7));
   std::ostringstream out;
-  out << "set " << axis << "tics " << std::pow(10.0, std::ceil(decades / 6)) << " font ',10'\nset format " << axis << " '%g'\n";
+  out << "set " << axis << "tics font ',10' (";
+  const char* comma = "";
+  for (int k = static_cast<int>(std::floor(std::log10(a.low))); k <= std::log10(a.high); ++k) {
+    for (int digit = 1; digit <= 9; ++digit) {
+      const double v = digit * std::pow(10.0, k);
+      if (v < a.low || v > a.high) continue;
+      const bool numbered = digit == 1 ? k % every == 0 : decades < 2.5 && (digit == 2 || digit == 5);
+      if (!numbered && decades > 4 && digit != 1) continue;
+      out << comma << (numbered ? quoted(text(v)) : "''") << " " << std::setprecision(12) << v << (numbered ? " 0" : " 1");
+      comma = ", ";
+    }
+  }
+  out << ")\n";
   return out.str();
 }
 
@@ -116,22 +130,21 @@ void draw_panel(const Canvas& canvas, int index, const Panel& panel, std::ostrin
     x.take(p.error);
     y.take(p.seconds);
   }
-  if (panel.floor > 0) x.take(panel.floor);
+  // Far left of every point the floor says nothing that the text does not.
+  if (panel.floor > x.low / 30) x.take(panel.floor);
   if (panel.real_time) y.take(1);
   x.close();
   y.close();
   const double left = canvas.panel_left(index), bottom = canvas.panel_bottom();
   out << std::setprecision(8);
-  out << "reset\nset lmargin at screen " << canvas.x(left) << "\nset rmargin at screen " << canvas.x(left + kPanelWidth)
+  out << "reset\nset lmargin at screen " << canvas.x(left) << "\nset rmargin at screen " << canvas.x(left + canvas.panel_width())
       << "\nset bmargin at screen " << canvas.y(bottom) << "\nset tmargin at screen " << canvas.y(bottom + kPanelHeight) << "\n"
       << "set logscale xy\nset xrange [" << x.low << ":" << x.high << "]\nset yrange [" << y.low << ":" << y.high << "]\n"
       << ticks("x", x) << ticks("y", y) << "set grid xtics ytics lc rgb '#e4e4e4' lw 1\nset border 3 lc rgb '#555555'\nset tics nomirror\n"
       << "unset key\nset xlabel " << quoted(panel.x_axis) << " font ',11'\nset ylabel " << quoted(panel.y_axis) << " font ',11' offset 0.5,0\n";
-  if (panel.floor > 0) {
+  if (panel.floor > x.low) {
     out << "set object 1 rectangle from graph 0, graph 0 to first " << panel.floor
-        << ", graph 1 behind fc rgb '#ececec' fs solid noborder\n"
-        << "set label 900 'reference unsure' at first " << panel.floor << ", graph 0.02 right rotate by 90 offset 0,0 font ',9' tc rgb '#888888'\n"
-        << "unset label 900\n";
+        << ", graph 1 behind fc rgb '#ececec' fs solid noborder\n";
   }
   if (panel.real_time) {
     out << "set arrow 900 from graph 0, first 1 to graph 1, first 1 nohead dt 2 lw 1.5 lc rgb '#777777'\n"
@@ -139,8 +152,8 @@ void draw_panel(const Canvas& canvas, int index, const Panel& panel, std::ostrin
   }
 
   // Labels, in pixels of the panel.
-  LabelPlacer placer(kPanelWidth, kPanelHeight);
-  const auto px = [&](double v) { return kPanelWidth * x.at(v); };
+  LabelPlacer placer(canvas.panel_width(), kPanelHeight);
+  const auto px = [&](double v) { return canvas.panel_width() * x.at(v); };
   const auto py = [&](double v) { return kPanelHeight * y.at(v); };
   for (const Line& line : panel.lines) {
     for (const Mark& m : line.marks) placer.keep_free(px(m.x), m.failed ? kPanelHeight - 4 : py(m.y));
@@ -275,7 +288,7 @@ Mark mark(const Point& p, const std::string& x, const std::string& y) {
 }
 
 Panel panel_of(const Study& study, const std::vector<Point>& points, const std::string& quantity, const std::string& axis) {
-  Panel panel{.x_axis = study.error_axis, .y_axis = axis, .floor = floor_of(points)};
+  Panel panel{.x_axis = study.error_axis, .y_axis = axis, .floor = floors_of(points).common()};
   for (std::size_t c = 0; c < study.curves.size(); ++c) {
     Line line{.name = study.curves[c].name, .colour = static_cast<int>(c) % kColourCount, .shape = shape_of(static_cast<int>(c))};
     for (const Point& p : points) {
@@ -319,17 +332,16 @@ Figure work_precision(const Study& study, const std::vector<Point>& points, cons
   std::vector<Panel> panels{panel_of(study, points, "seconds", study.cost_axis)};
   panels[0].real_time = study.real_time;
   panels[0].peers = study.peers;
-  if (study.iterations) panels.push_back(panel_of(study, points, "iterations", "CG iterations a step"));
-  if (!study.value_axis.empty()) panels.push_back(panel_of(study, points, "value", study.value_axis));
+  for (const PanelAxis& more : study.more) panels.push_back(panel_of(study, points, more.quantity, more.name));
   auto legend = curve_legend(study);
   if (any_failed(points)) legend.push_back({"X on the top edge: failed", "#444444", 2});
-  if (floor_of(points) > 0) legend.push_back({"grey: the reference's own uncertainty", "#cccccc", 5});
+  if (floors_of(points).common() > 0) legend.push_back({"grey: the reference's own uncertainty", "#cccccc", 5});
   return finish(study, std::move(panels), legend, footer);
 }
 
 // Colour: the part of the error that is the largest. Shape: the mesh.
 Figure pareto(const Study& study, const std::vector<Point>& points, const Footer& footer) {
-  Panel panel{.x_axis = study.error_axis, .y_axis = study.cost_axis, .floor = floor_of(points), .real_time = true, .labels = false};
+  Panel panel{.x_axis = study.error_axis, .y_axis = study.cost_axis, .floor = floors_of(points).common(), .real_time = true, .labels = false};
   Panel iterations = panel;
   iterations.y_axis = "CG iterations a simulated second";
   iterations.real_time = false;
@@ -397,7 +409,7 @@ Figure against_value(const Study& study, const std::vector<Point>& points, const
 
 // A panel a statistic: median, a box from quartile to quartile, over the settings.
 Figure ensemble(const Study& study, const std::vector<Point>& points, const Footer& footer) {
-  constexpr double kWide = 300, kHigh = 190, kAcross = 78, kDown = 74;
+  constexpr double kWide = 290, kHigh = 190, kAcross = 96, kDown = 74;
   const int columns = 3, rows = (static_cast<int>(study.statistics.size()) + columns - 1) / columns;
   const double W = columns * (kWide + kAcross) + 20, H = kTop + rows * (kHigh + kDown) + kFooter;
   std::ostringstream out;
@@ -406,13 +418,12 @@ Figure ensemble(const Study& study, const std::vector<Point>& points, const Foot
     const std::string& name = study.statistics[s];
     std::string plain = name == "seconds" ? "wall s / simulated s" : name;
     for (char& c : plain) c = c == '_' ? ' ' : c;
-    const double left = static_cast<double>(s % columns) * (kWide + kAcross) + kAcross - 10;
+    const double left = static_cast<double>(s % columns) * (kWide + kAcross) + kAcross - 6;
     const double top = H - kTop - static_cast<double>(s / columns) * (kHigh + kDown);
     out << "reset\nset lmargin at screen " << left / W << "\nset rmargin at screen " << (left + kWide) / W << "\nset tmargin at screen " << top / H
         << "\nset bmargin at screen " << (top - kHigh) / H << "\nunset key\nset border 3 lc rgb '#555555'\nset tics nomirror font ',9'\n"
         << "set grid ytics lc rgb '#e4e4e4'\nset ylabel " << quoted(plain) << " font ',11'\nset xtics rotate by -18 left font ',9'\n"
-        << "set xrange [-0.6:" << static_cast<double>(points.size()) - 0.4 << "]\nset offsets 0,0,graph 0.1,graph 0.1\nset xtics (";
-    out << "";
+        << "set xrange [-0.6:" << static_cast<double>(points.size()) - 0.4 << "]\nset offsets 0,0,graph 0.1,0\nset yrange [0:*]\nset xtics (";
     for (std::size_t k = 0; k < points.size(); ++k) out << (k ? ", " : "") << quoted(points[k].label) << " " << k;
     out << ")\n$e" << s << " << EOD\n";
     double top_value = 0;
@@ -477,11 +488,13 @@ Figure figure(const Study& study, const std::vector<Point>& points, const Footer
 }
 
 Result<void> draw(const Figure& figure, const std::filesystem::path& folder, const std::string& name) {
+  std::string plain = name;  // ids of an SVG, which share a page, may have letters and digits
+  std::replace(plain.begin(), plain.end(), '-', '_');
   for (const char* kind : {"svg", "png"}) {
     const std::string file = (folder / (name + "." + kind)).string();
     std::ostringstream program;
     if (std::string(kind) == "svg") {
-      program << "set terminal svg size " << figure.width << "," << figure.height << " dynamic noenhanced font 'Arial,12' name 'fig_" << name
+      program << "set terminal svg size " << figure.width << "," << figure.height << " dynamic noenhanced font 'Arial,12' name 'fig_" << plain
               << "' background rgb 'white'\n";
     } else {
       program << "set terminal pngcairo size " << figure.width << "," << figure.height << " noenhanced font 'Arial,10' background rgb 'white'\n";

@@ -51,8 +51,8 @@ Knob threads() {
   return knob;
 }
 
-Knob alpha() {
-  return numbers("alpha [1/m]", {3, 10, 30, 60, 100, 200, 400}, [](Setup& s, double v) { s.alpha = v; });
+Knob alpha(std::vector<double> values) {
+  return numbers("alpha [1/m]", std::move(values), [](Setup& s, double v) { s.alpha = v; });
 }
 
 Knob phi() {

@@ -5,7 +5,7 @@
 namespace crumple::lab::chart {
 namespace {
 
-constexpr double kMarker = 4, kCharacter = 5.6, kLine = 11;  // [px], of a font of 9 points
+constexpr double kMarker = 4, kCharacter = 6.2, kLine = 11;  // [px], of a font of 9 points
 
 }  // namespace
 

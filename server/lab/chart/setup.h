@@ -58,7 +58,7 @@ Knob cg_tolerance();                   // 1e-1 .. 1e-8
 Knob cg_cap();                         // 5 .. 500, at a tolerance out of reach
 Knob cells(std::vector<int> across, int heavy_from = 1000);
 Knob threads();                        // 1, 2, 4 .. as many as the process may use
-Knob alpha();
+Knob alpha(std::vector<double> values);
 Knob phi();
 Knob kappa();
 Knob strain();

@@ -10,6 +10,9 @@ using sim::fem::RotationRule;
 
 constexpr const char* kBeamB = "Beam B: 1 x 0.16 x 0.16 m, E = 1 MPa, nu = 0.3, 1000 kg/m3, held at one end, dropped under gravity for one second";
 constexpr const char* kTwoLevels = "two levels are stored";
+const PanelAxis kIterations{"iterations", "CG iterations a step"};
+const PanelAxis kDt{"value", "dt [s]"};
+const PanelAxis kCellSize{"value", "1 / cells across"};
 
 Study solver() {
   Study s{.name = "solver", .title = "Solver error: what an iteration buys"};
@@ -17,7 +20,7 @@ Study solver() {
   s.reference = "The same steps with every system solved by a direct factorisation in double, on the same mesh and dt. Mass-weighted L2 of "
                 "the displacement over nodes and sampled times.";
   s.measure = beam_against_direct_solves();
-  s.iterations = true;
+  s.more = {kIterations};
   s.curves = {{"tolerance, double", knobs::cg_tolerance(), {}},
               {"tolerance, float matrix", knobs::cg_tolerance(), {.float_solver = true}},
               {"tolerance, polar + QR", knobs::cg_tolerance(), {.rotation = RotationRule::polar_qr}},
@@ -32,7 +35,7 @@ Study time(const Workshop& w) {
                     ? "An independent velocity-Verlet run on the same mesh at dt = 1/24000 s, known to 3e-6. Tip, relative L2 over the samples."
                     : "Reference not at hand: compared with this code's own limit of small steps (direct solves, extrapolated in first order).";
   s.measure = swing();
-  s.value_axis = "dt [s]";
+  s.more = {kDt, kIterations};
   s.curves = {{"backward Euler, solved to 1e-8", knobs::dt(), {.cg_tolerance = 1e-8}, 1},
               {"backward Euler, solved to 1e-3", knobs::dt(), {}, 1},
               {"backward Euler, float matrix, 1e-8", knobs::dt(), {.cg_tolerance = 1e-8, .float_solver = true}, 1},
@@ -49,7 +52,7 @@ Study lattices(const Workshop& w) {
   s.measure = cantilever_on_lattices();
   s.real_time = false;
   s.cost_axis = "wall seconds of a solve";
-  s.value_axis = "1 / cells across";
+  s.more = {kCellSize};
   for (const auto& [name, lattice] : {std::pair{"linear tets, Kuhn", Lattice::kuhn}, {"linear tets, FEMFX lattice", Lattice::femfx}, {"linear tets, BCC", Lattice::bcc}}) {
     s.curves.push_back({name, knobs::cells({1, 2, 3, 4, 6, 8}, 8), {.lattice = lattice}, 2});
   }
@@ -145,8 +148,8 @@ Study dents() {
   s.reference = "Our own finest finite elements (16 cells across, plastic); shaded: how far they moved since the next coarser mesh. Not a reference from elsewhere.";
   s.measure = dent();
   s.curves = {{"finite elements, cells across", knobs::cells({2, 4, 6, 8, 10}, 6), {.dt = 1.0 / 240}},
-              {"example-based, example fitted to the dent, alpha", knobs::alpha(), {.dt = 1.0 / 240, .body = BodyKind::fitted_rig}},
-              {"example-based, generated rig, alpha", knobs::alpha(), {.dt = 1.0 / 240, .body = BodyKind::default_rig}},
+              {"example-based, example fitted to the dent, alpha", knobs::alpha({10, 30, 100, 200, 400, 800, 1600}), {.dt = 1.0 / 240, .body = BodyKind::fitted_rig}},
+              {"example-based, generated rig, alpha", knobs::alpha({0.3, 0.6, 1, 2, 4, 8, 16}), {.dt = 1.0 / 240, .body = BodyKind::default_rig}},
               {"rigid", {"-", {{1, "rigid"}}, [](Setup&, double) {}}, {.dt = 1.0 / 240, .body = BodyKind::rigid}, 0, "a rigid body has no setting that dents"}};
   return s;
 }
@@ -179,7 +182,7 @@ Study friction() {
   s.reference = "a = g (sin - mu cos).";
   s.measure = sliding_block(0.3);
   s.error_axis = "relative error of the acceleration";
-  s.value_axis = "dt [s]";
+  s.more = {kDt};
   s.curves = {{"slides, mu = 0.3", knobs::dt(), {}}};
   return s;
 }
@@ -190,7 +193,7 @@ Study stick() {
   s.reference = "No motion. Drift in two seconds by the block's edge.";
   s.measure = sticking_block();
   s.error_axis = "drift / edge";
-  s.value_axis = "dt [s]";
+  s.more = {kDt};
   s.curves = {{"sticks, mu = 0.5", knobs::dt(), {}}};
   return s;
 }
@@ -201,6 +204,7 @@ Study codecs() {
   s.reference = "The exact node positions; RMS by the beam's length.";
   s.measure = wire();
   s.error_axis = "RMS error / length";
+  s.more = {{"bytes_a_vertex", "bytes a vertex"}};
   const auto sizes = knobs::cells({2, 4, 6, 8, 10}, 8);
   s.curves = {{"16 bit", sizes, {.codec = Codec::quantised16, .compress = false}},
               {"16 bit, zstd", sizes, {.codec = Codec::quantised16, .compress = true}},
@@ -230,8 +234,7 @@ Study beam_b() {
   s.scene = "Beam B with mass damping until it rests (four seconds), dt = 1/60 s, tolerance 1e-3.";
   s.reference = "Tip of the converged three-dimensional corotational solution, -0.4793 m. Others' figures are theirs, on their machine.";
   s.measure = beam_at_rest();
-  s.iterations = true;
-  s.value_axis = "1 / cells across";
+  s.more = {kCellSize, kIterations};
   s.curves = {{"linear tets, Kuhn", knobs::cells({2, 3, 4, 6, 8}, 6), {}, 2},
               {"linear tets, BCC", knobs::cells({1, 2, 3, 4, 6}, 4), {.lattice = Lattice::bcc}, 2}};
   // ANCHORS: 2,400 tets, ms a step of 1/60 s and tip at rest.
@@ -245,7 +248,7 @@ Study beam_a_study() {
   s.scene = "Beam A: 2 x 0.4 x 0.4 m, 2,400 tets, E = 10 MPa, damped, dropped for ten seconds, dt = 1/60 s.";
   s.reference = "Equilibrium of the same mesh, tip -0.11785 m (five digits: 4e-5). FEMFX's figures are its own, on another machine.";
   s.measure = beam_a();
-  s.iterations = true;
+  s.more = {kIterations};
   s.curves = {{"cap", knobs::cg_cap(), {.lattice = Lattice::femfx}}, {"tolerance", knobs::cg_tolerance(), {.lattice = Lattice::femfx}}};
   s.curves[1].knob.values.resize(5);
   // ANCHORS: 60 iterations, its default cap, hit at every step.
@@ -267,8 +270,8 @@ Study pareto() {
     int cells;
     bool heavy;
   };
-  for (const Row& r : {Row{"Kuhn 6x1x1", Lattice::kuhn, 1, false}, {"Kuhn 12x2x2", Lattice::kuhn, 2, false}, {"Kuhn 25x4x4", Lattice::kuhn, 4, true},
-                       {"BCC 6x1x1", Lattice::bcc, 1, false}, {"BCC 12x2x2", Lattice::bcc, 2, false}, {"BCC 18x3x3", Lattice::bcc, 3, true},
+  for (const Row& r : {Row{"Kuhn 6x1x1", Lattice::kuhn, 1, true}, {"Kuhn 12x2x2", Lattice::kuhn, 2, false}, {"Kuhn 25x4x4", Lattice::kuhn, 4, true},
+                       {"BCC 6x1x1", Lattice::bcc, 1, false}, {"BCC 12x2x2", Lattice::bcc, 2, false}, {"BCC 18x3x3", Lattice::bcc, 3, false},
                        {"BCC 24x4x4", Lattice::bcc, 4, true}}) {
     Curve curve{r.name, grid, {.lattice = r.lattice, .cells = r.cells}};
     if (r.heavy) {

@@ -34,11 +34,16 @@ struct PeerPoint {
 };
 
 enum class FigureKind {
-  work_precision,  // error across, seconds up, then iterations and the knob's value where they tell something
+  work_precision,  // error across, seconds up; further panels with another quantity up
   pareto,          // the same with the front, coloured by the part of the error that dominates
   against_value,   // knob's value across, error up
   cost,            // knob's value across, seconds up
   ensemble,        // settings across, statistics with bands up
+};
+
+// A quantity up in place of seconds; "value" is the knob's.
+struct PanelAxis {
+  std::string quantity, name;
 };
 
 struct Study {
@@ -51,8 +56,8 @@ struct Study {
   std::string error_axis = "relative error";
   std::string cost_axis = "wall seconds per simulated second";
   bool real_time = true;          // seconds are per simulated second
-  bool iterations = false;        // a panel of its own
-  std::string value_axis;         // not empty: a panel with the knob's value, named so
+  std::vector<PanelAxis> more;    // further panels of the same points
+  std::string value_axis;         // of the knob's value, where that goes across
   std::vector<PeerPoint> peers;
   std::vector<std::string> statistics;     // of an ensemble: quantities, in order of the panels
   std::string unmet;              // why the whole study cannot run; it then stands in the page with this sentence

@@ -174,7 +174,7 @@ std::vector<Order> orders(const Study& study, const std::vector<Point>& points) 
       if (p->failure.empty()) observations.push_back({p->value, p->median("error")});
     }
     // Near the floor the reference's own error mixes in.
-    if (const auto order = observed_order(observations, 3 * floor_of(points))) out.push_back({curve.name, *order, curve.expected_order});
+    if (const auto order = observed_order(observations, 3 * floors_of(points).most)) out.push_back({curve.name, *order, curve.expected_order});
   }
   return out;
 }
@@ -188,12 +188,13 @@ const Point* cheapest(const std::vector<Point>& points, double error, const std:
   return best;
 }
 
-double floor_of(const std::vector<Point>& points) {
-  double floor = 0;
+Floors floors_of(const std::vector<Point>& points) {
+  Floors floors{1e300, 0};
   for (const Point& p : points) {
-    if (const double f = p.median("floor"); f > floor) floor = f;
+    const double f = p.measured.contains("floor") ? p.median("floor") : 0;
+    floors = {std::min(floors.least, f), std::max(floors.most, f)};
   }
-  return floor;
+  return points.empty() ? Floors{} : floors;
 }
 
 std::string dominating_part(const Point& point) {
@@ -220,7 +221,9 @@ std::string conclusion(const Study& study, const std::vector<Point>& points) {
     case FigureKind::ensemble: out = of_ensemble(study, points); break;
   }
   out += order_sentences(study, points) + failures(study, points) + peer_sentences(study);
-  if (const double floor = floor_of(points); floor > 0) out += text(" The reference itself is sure to ", as_error(floor), ".");
+  if (const Floors floors = floors_of(points); floors.most > 0) {
+    out += text(" The reference itself is sure to ", as_error(floors.most), floors.common() > 0 ? "." : " or better, from curve to curve.");
+  }
   return out.empty() ? out : out.substr(1);
 }
 

@@ -20,8 +20,12 @@ std::vector<Order> orders(const Study& study, const std::vector<Point>& points);
 // The cheapest point whose error, or another quantity, is at most `error`; null if none is. Failed points never are.
 const Point* cheapest(const std::vector<Point>& points, double error, const std::string& quantity = "error");
 
-// The reference's own uncertainty as the points report it, the largest; 0 if they do not.
-double floor_of(const std::vector<Point>& points);
+// The reference's own uncertainty as the points report it: the same for all of a study, or each has its own.
+struct Floors {
+  double least = 0, most = 0;
+  double common() const { return least == most ? most : 0; }
+};
+Floors floors_of(const std::vector<Point>& points);
 
 // Which part of the error is the largest: "solver", "time", "mesh", or "" where the parts were not measured.
 std::string dominating_part(const Point& point);
