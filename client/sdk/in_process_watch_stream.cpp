@@ -5,7 +5,7 @@ namespace {
 
 WorldEvent from_core(const sim::Event& event) {
   static_assert(static_cast<int>(sim::EventKind::fracture) + 1 == static_cast<int>(EventKind::fracture));
-  static_assert(static_cast<int>(sim::EventKind::frozen) + 1 == static_cast<int>(EventKind::frozen));
+  static_assert(static_cast<int>(sim::EventKind::guard) + 1 == static_cast<int>(EventKind::guard));
   const auto kind = static_cast<EventKind>(static_cast<int>(event.kind) + 1);
   return {event.sequence, event.step,  event.time,      kind,        event.body,   event.point,
           event.magnitude, event.count, event.fragments, event.epoch, event.message};

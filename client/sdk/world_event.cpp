@@ -10,6 +10,7 @@ std::string to_string(EventKind kind) {
     case EventKind::script: return "script";
     case EventKind::solver: return "solver";
     case EventKind::frozen: return "frozen";
+    case EventKind::guard: return "guard";
   }
   return "unknown";
 }

@@ -14,7 +14,8 @@ enum class EventKind : std::uint8_t {
   dent,          // an example-based body took a plastic impulse of `magnitude` [N s]
   script,        // a scripted command was applied
   solver,        // a solve ended at its cap with the relative residual `magnitude`
-  frozen,        // a body's state became non-finite; it is held where it last was
+  frozen,        // a body's state became non-finite, or its energy grew for ever; it is held where it last was
+  guard,         // a body is stepped more carefully, or normally again: `magnitude` is what was found
 };
 
 // What happened in a world. Ordered, numbered without gaps.

@@ -35,6 +35,7 @@ void set_world(const v1::Scene& message, sim::SceneDescription& scene) {
   if (message.has_creep_dt()) scene.creep_dt = message.creep_dt();
   if (message.has_rate_dt()) scene.rate_dt = message.rate_dt();
   if (message.has_float_solver()) scene.float_solver = message.float_solver();
+  if (message.has_unguarded()) scene.unguarded = message.unguarded();
   if (message.has_seed()) scene.seed = message.seed();
   scene.contact = to_contact(message.contact());
 }

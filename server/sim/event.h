@@ -13,7 +13,8 @@ enum class EventKind : std::uint8_t {
   dent,        // an example-based body took a plastic impulse of `magnitude` [N s]
   script,      // a scripted command was applied
   solver,      // a solve ended at its cap: `magnitude` is the residual
-  frozen,      // a body's state became non-finite; it is held where it last was
+  frozen,      // a body's state became non-finite, or its energy grew for ever; it is held where it last was
+  guard,       // an island is stepped more carefully, or normally again: `magnitude` is what was found
 };
 
 struct Event {

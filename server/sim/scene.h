@@ -103,6 +103,7 @@ struct SceneDescription {
   double creep_dt = 1.0 / 60; // dt_ref of creep [s] (decision 7), [1e-6, 1]
   double rate_dt = 1.0 / 250; // dt_ref of alpha and lambda [s] (decision 7), [1e-6, 1]
   bool float_solver = false;  // matrix and preconditioner in float
+  bool unguarded = false;     // for studies: nothing but non-finite states is watched (guard/island_guard.h)
   ContactSettings contact;
   std::uint64_t seed = 1;     // of everything random: fracture order
   std::vector<BodyDescription> bodies;  // at most 10,000; kMaxTets tets in all

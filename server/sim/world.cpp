@@ -32,6 +32,7 @@ StepReport World::step() {
   w.timed("kinematic", [&] { w.prescribe_motion(); });
   w.timed("detect", [&] { w.detect_contact(report); });
   w.timed("assemble", [&] { w.assemble(); });
+  w.timed("guard", [&] { w.watch(); });
   w.timed("solve", [&] { w.solve(report); });
   w.timed("rigid", [&] { w.step_rigid(report); });
   w.timed("examples", [&] { w.deform_examples(report); });
@@ -118,6 +119,13 @@ std::uint64_t World::state_hash() const {
     hash.add(static_cast<std::uint64_t>(held.slid));
   }
   for (const Impl::ActiveForce& force : impl_->forces) hash.add(force.left);
+  for (const guard::BodyGuard& guard : impl_->guards) {
+    hash.add(static_cast<std::uint64_t>(guard.rung));
+    for (double energy : {guard.surplus, guard.energy}) hash.add(energy);
+    for (int steps : {guard.inverted_steps, guard.capped_steps, guard.steps_on_rung, guard.calm_steps}) {
+      hash.add(static_cast<std::uint64_t>(steps));
+    }
+  }
   return hash.value();
 }
 

@@ -27,6 +27,7 @@ Result<void> World::Impl::make_bodies() {
     if (!kept) return kept;
   }
   was_capped.assign(soft.size(), 0);
+  guards.resize(soft.size());
   topology.bodies.resize(places.size());
   for (BodyId id = 0; id < places.size(); ++id) rebuild_topology(id);
   return {};

@@ -3,6 +3,7 @@
 #include "server/sim/bodies/example_body.h"
 #include "server/sim/bodies/soft_body.h"
 #include "server/sim/bodies/solid_body.h"
+#include "server/sim/guard/island_guard.h"
 #include "server/sim/islands/composite_island.h"
 #include "server/sim/parallel_for.h"
 #include "server/sim/rigid/rigid_world.h"
@@ -39,6 +40,15 @@ struct World::Impl {
   std::vector<ScriptedCommand> script;    // still to come, ascending in time
   std::vector<ActiveForce> forces;
   contact::FrictionMemory friction;
+  std::vector<guard::BodyGuard> guards;   // one a soft body
+  struct IslandAccount {
+    std::vector<int> soft;                // bodies that were one island in the last step
+    double energy = 0;                    // of all of them, before that step [J]
+    double work = 0;                      // done on them in it, but for commands and prescribed nodes [J]
+    bool capped = false;
+    double residual = 0, tolerance = 0;
+  };
+  std::vector<IslandAccount> accounts;    // of the last step
 
   // Outcome.
   Topology topology;
@@ -55,6 +65,7 @@ struct World::Impl {
   std::vector<islands::CompositeIsland> composite;
   std::vector<contact::ContactRow> rows;
   std::vector<char> was_capped;                          // one a soft body: its last solve ended at its cap
+  std::vector<SoftBody::Energy> soft_energy;             // one a soft body, after assemble
 
   double time() const { return static_cast<double>(step) * scene.dt; }
 
@@ -66,11 +77,23 @@ struct World::Impl {
   void prescribe_motion();
   void detect_contact(StepReport& report);
   void assemble();
+  void watch();
   void solve(StepReport& report);
   void step_rigid(StepReport& report);
   void deform_examples(StepReport& report);
   void plastic_flow();
   void fracture(StepReport& report);
+
+  guard::Rung rung(const islands::CompositeIsland& island) const;  // the highest of its bodies'
+  islands::IslandOptions solve_options(const islands::CompositeIsland& island) const;
+  std::vector<islands::IslandBody> bodies_for_islands() const;
+  void open_account(const islands::CompositeIsland& island);
+  void take(const islands::CompositeIsland& island, const islands::IslandSolution& solution, double h, IslandAccount& account,
+            StepReport& report);
+  void sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before, IslandAccount& account,
+                StepReport& report);
+  double contact_work(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
+                      std::span<const islands::IslandBody> bodies) const;
 
   void apply(const Command& command);
   void push_body(BodyId body, const Vec3& impulse, const Vec3& point, double radius);

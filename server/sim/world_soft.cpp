@@ -62,12 +62,11 @@ void World::Impl::assemble() {
   });
 }
 
-void World::Impl::solve(StepReport& report) {
-  if (soft.empty()) return;
-  island_bodies.assign(collision_bodies.size(), {});
-  for (std::size_t b = 0; b < island_bodies.size(); ++b) {
+std::vector<islands::IslandBody> World::Impl::bodies_for_islands() const {
+  std::vector<islands::IslandBody> bodies(collision_bodies.size());
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (b < soft.size()) {
-      island_bodies[b].system = &soft[b].system;
+      bodies[b].system = &soft[b].system;
       continue;
     }
     const BodyId id = collision_ids[b];
@@ -77,52 +76,86 @@ void World::Impl::solve(StepReport& report) {
     part.w = rigid.angular_velocity(id);
     part.b_v = rigid.momentum(id) + scene.dt * part.mass * scene.gravity;
     part.b_w = rigid.angular_momentum(id);
-    island_bodies[b].rigid = part;
+    bodies[b].rigid = part;
   }
+  return bodies;
+}
+
+islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland& island) const {
+  islands::IslandOptions options{.solve = {0.5, 1}, .may_pull = scene.contact.raw_damping};
+  for (int b : island.soft) {
+    const fem::FemMaterial& material = soft[b].material();
+    options.solve.tolerance = std::min(options.solve.tolerance, material.cg_tolerance);
+    options.solve.max_iterations = std::max(options.solve.max_iterations, material.cg_max_iterations);
+  }
+  if (rung(island) >= guard::Rung::more_iterations) {
+    options.solve.tolerance /= 10;
+    options.solve.max_iterations *= guard::kIterations;
+  }
+  return options;
+}
+
+void World::Impl::solve(StepReport& report) {
+  if (soft.empty()) return;
+  island_bodies = bodies_for_islands();
   composite = islands::composite_islands(island_bodies, std::move(rows));
   rows.clear();
+  accounts.clear();
+  for (const islands::CompositeIsland& island : composite) open_account(island);
 
-  std::vector<islands::IslandOptions> options(composite.size());
-  for (std::size_t i = 0; i < composite.size(); ++i) {
-    options[i].may_pull = scene.contact.raw_damping;
-    options[i].solve = {0.5, 1};
-    for (int b : composite[i].soft) {
-      const fem::FemMaterial& material = soft[b].material();
-      options[i].solve.tolerance = std::min(options[i].solve.tolerance, material.cg_tolerance);
-      options[i].solve.max_iterations = std::max(options[i].solve.max_iterations, material.cg_max_iterations);
+  // Islands that the guard lets take smaller steps come after the others.
+  const auto whole = std::stable_partition(composite.begin(), composite.end(), [&](const islands::CompositeIsland& island) {
+    return rung(island) < guard::Rung::sub_steps;
+  });
+  std::stable_partition(accounts.begin(), accounts.end(), [&](const IslandAccount& account) {
+    return rung({.soft = account.soft}) < guard::Rung::sub_steps;
+  });
+  const std::size_t whole_count = static_cast<std::size_t>(whole - composite.begin());
+  const std::span<islands::CompositeIsland> in_one(composite.data(), whole_count);
+  std::vector<islands::IslandOptions> options;
+  for (const islands::CompositeIsland& island : in_one) options.push_back(solve_options(island));
+  const contact::FrictionMemory before = whole_count < composite.size() ? friction : contact::FrictionMemory{};
+  const auto solutions = islands::solve_all(in_one, island_bodies, options, friction, pool);
+  for (std::size_t i = 0; i < whole_count; ++i) {
+    accounts[i].work += contact_work(composite[i], solutions[i], island_bodies);
+    take(composite[i], solutions[i], scene.dt, accounts[i], report);
+  }
+  for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
+  if (whole_count < composite.size()) contact::sort(friction);
+}
+
+// What a solve over h [s] means for bodies, reports and events.
+void World::Impl::take(const islands::CompositeIsland& island, const islands::IslandSolution& solution, double h,
+                       IslandAccount& account, StepReport& report) {
+  report.solver_iterations += solution.report.iterations;
+  report.worst_residual = std::max(report.worst_residual, solution.report.residual);
+  const bool capped = !solution.report.converged;
+  if (capped) ++report.capped_solves;
+  account.capped = account.capped || capped;
+  account.residual = std::max(account.residual, solution.report.residual);
+  for (std::size_t k = 0; k < island.soft.size(); ++k) {
+    const int b = island.soft[k];
+    if (capped && !was_capped[b]) {
+      Event& event = add_event(EventKind::solver, soft[b].id);
+      event.magnitude = solution.report.residual;
+      event.message = text("solve of ", scene.bodies[soft[b].id].name, " ended after ", solution.report.iterations,
+                           " iterations with relative residual ", solution.report.residual);
+    }
+    was_capped[b] = capped;
+    if (!soft[b].advance(solution.soft_velocity(static_cast<int>(k)), h)) {
+      guards[b].rung = guard::Rung::frozen;
+      Event& event = add_event(EventKind::frozen, soft[b].id);
+      event.point = soft[b].centre_of_mass();
+      event.message = text(scene.bodies[soft[b].id].name, " left the range of finite numbers and is held where it last was");
     }
   }
-  const auto solutions = islands::solve_all(composite, island_bodies, options, friction, pool);
-
-  for (std::size_t i = 0; i < composite.size(); ++i) {
-    const islands::IslandSolution& solution = solutions[i];
-    report.solver_iterations += solution.report.iterations;
-    report.worst_residual = std::max(report.worst_residual, solution.report.residual);
-    if (!solution.report.converged) ++report.capped_solves;
-    for (std::size_t k = 0; k < composite[i].soft.size(); ++k) {
-      const int b = composite[i].soft[k];
-      const bool capped = !solution.report.converged;
-      if (capped && !was_capped[b]) {
-        Event& event = add_event(EventKind::solver, soft[b].id);
-        event.magnitude = solution.report.residual;
-        event.message = text("solve of ", scene.bodies[soft[b].id].name, " ended after ", solution.report.iterations,
-                             " iterations with relative residual ", solution.report.residual);
-      }
-      was_capped[b] = capped;
-      if (!soft[b].advance(solution.soft_velocity(static_cast<int>(k)), scene.dt)) {
-        Event& event = add_event(EventKind::frozen, soft[b].id);
-        event.point = soft[b].centre_of_mass();
-        event.message = text(scene.bodies[soft[b].id].name, " left the range of finite numbers and is held where it last was");
-      }
-    }
-    for (const islands::ContactImpulse& contact : solution.impulses) {
-      const BodyId id = collision_ids[contact.body];
-      rigid.apply_impulse(id, contact.impulse_W, contact.point_W);
-      if (places[id].model != BodyModel::example_based) continue;
-      const Pose X_WB = rigid.pose(id);
-      const Quat R_BW = X_WB.R_WB.conjugate();
-      examples[places[id].index].strike(R_BW * (contact.point_W - X_WB.p_WB), R_BW * contact.impulse_W);
-    }
+  for (const islands::ContactImpulse& contact : solution.impulses) {
+    const BodyId id = collision_ids[contact.body];
+    rigid.apply_impulse(id, contact.impulse_W, contact.point_W);
+    if (places[id].model != BodyModel::example_based) continue;
+    const Pose X_WB = rigid.pose(id);
+    const Quat R_BW = X_WB.R_WB.conjugate();
+    examples[places[id].index].strike(R_BW * (contact.point_W - X_WB.p_WB), R_BW * contact.impulse_W);
   }
 }
 

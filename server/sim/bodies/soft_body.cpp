@@ -41,6 +41,7 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
   soft.tets = mesh.tets;
   soft.X = mesh.X;
   soft.rest = std::move(*rest);
+  soft.material_rotation_ = model.material.rotation;
   soft.system = fem::StepSystem(float_solver);
   soft.tet_mass_ = tet_masses_of(soft.rest);
   soft.value_scale_ = drawn_stress(model.material);
@@ -98,6 +99,7 @@ void SoftBody::topology_changed() {
 }
 
 void SoftBody::prescribe(double time, double dt) {
+  prescribed_before_.swap(prescribed_);
   prescribed_.clear();
   for (const DrivenNodes& driven : driven_) {
     const bool moves = !driven.motion.keys.empty();
@@ -118,10 +120,19 @@ void SoftBody::prescribe(double time, double dt) {
 }
 
 void SoftBody::assemble(const Vec3& gravity, double dt, const ThreadPool& pool) {
-  Eigen::VectorXd f_ext = impulse / dt;
-  for (int n = 0; n < node_count(); ++n) f_ext.segment<3>(3 * n) += rest.node_mass[n] * gravity;
-  fem::assemble(rest, tets, state, f_ext, dt, prescribed_, pool, system);
-  impulse.setZero();
+  command_force_.resize(0);
+  if (!impulse.isZero(0)) {
+    command_force_ = impulse / dt;
+    impulse.setZero();
+  }
+  assemble_part(gravity, dt, pool);
+}
+
+void SoftBody::assemble_part(const Vec3& gravity, double h, const ThreadPool& pool) {
+  Eigen::VectorXd f_ext(3 * node_count());
+  for (int n = 0; n < node_count(); ++n) f_ext.segment<3>(3 * n) = rest.node_mass[n] * gravity;
+  if (command_force_.size() > 0) f_ext += command_force_;
+  fem::assemble(rest, tets, state, f_ext, h, prescribed_, pool, system);
 }
 
 bool SoftBody::advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt) {
@@ -129,16 +140,53 @@ bool SoftBody::advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt) {
   x_before_ = state.x;
   bool finite = v_plus.allFinite();
   for (int n = 0; finite && n < node_count(); ++n) {
-    state.v[n] = v_plus.segment<3>(3 * n);
-    state.x[n] += dt * state.v[n];
+    const Vec3 v_new = v_plus.segment<3>(3 * n);
+    if (command_force_.size() > 0 && !fixed[n]) {
+      command_work_ += dt * command_force_.segment<3>(3 * n).dot(0.5 * (state.v[n] + v_new));
+    }
+    state.v[n] = v_new;
+    state.x[n] += dt * v_new;
     finite = state.x[n].cwiseAbs().maxCoeff() < kMaxPosition;
   }
   if (finite) return true;
-  frozen = true;
   state.x = x_before_;
+  freeze();
+  return false;
+}
+
+void SoftBody::freeze() {
+  frozen = true;
   for (Vec3& v : state.v) v.setZero();
   std::fill(fixed.begin(), fixed.end(), 1);
-  return false;
+}
+
+SoftBody::Energy SoftBody::energy(const Vec3& gravity) const {
+  Energy energy{.moving = fem::elastic_energy(rest, system.elements)};
+  for (int n = 0; n < node_count(); ++n) {
+    if (fixed[n]) continue;
+    energy.moving += 0.5 * rest.node_mass[n] * state.v[n].squaredNorm();
+    energy.gravitational -= rest.node_mass[n] * gravity.dot(state.x[n]);
+  }
+  return energy;
+}
+
+double SoftBody::prescribed_work(double dt) const {
+  std::vector<Vec3> velocity;  // of the nodes that were driven
+  for (const fem::PrescribedNode& p : prescribed_before_) {
+    if (p.velocity.isZero(0)) continue;
+    velocity.resize(X.size(), Vec3::Zero());
+    velocity[p.node] = p.velocity;
+  }
+  if (velocity.empty()) return 0;
+  double work = 0;
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    for (int k = 0; k < 4; ++k) work -= dt * velocity[tets[t][k]].dot(system.elements.force[t].col(k));
+  }
+  return work;
+}
+
+void SoftBody::use_rotation(bool safe) {
+  rest.material.rotation = safe ? fem::RotationRule::svd : material_rotation_;
 }
 
 void SoftBody::plastic_flow(double dt, double creep_dt, const ThreadPool& pool) {

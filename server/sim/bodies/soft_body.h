@@ -45,9 +45,26 @@ class SoftBody {
 
   // Velocities that take scripted nodes from where they are to their place at time + dt.
   void prescribe(double time, double dt);
+  // Also takes in `impulse`, as a force over dt.
   void assemble(const Vec3& gravity, double dt, const ThreadPool& pool);
+  // Again, for a part h of the step from the present state on.
+  void assemble_part(const Vec3& gravity, double h, const ThreadPool& pool);
   // v := v+ and x := x + dt v+; freezes the body where it was if that is not finite. Returns false then.
   bool advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt);
+  void freeze();
+
+  // What the guard looks at, after assemble: energies of free nodes and elements at the present state [J], and the work
+  // done in the last step by commands (so far as advance was called) and, through the elements, by prescribed nodes.
+  struct Energy {
+    double moving = 0;         // kinetic + elastic
+    double gravitational = 0;
+  };
+  Energy energy(const Vec3& gravity) const;
+  double command_work() const { return command_work_; }
+  double prescribed_work(double dt) const;
+  bool balance_holds() const { return !changed_while_prescribed_; }  // false: driven nodes split
+  void begin_account() { command_work_ = 0, changed_while_prescribed_ = false; }
+  void use_rotation(bool safe);  // SVD, or what the material says
   void plastic_flow(double dt, double creep_dt, const ThreadPool& pool);
   // Separation tensors and node splitting (section 5). After a split the topology is another.
   FractureOutcome fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool);
@@ -79,7 +96,11 @@ class SoftBody {
   float opacity_ = 1;
   Pose pose_at_start_;
   std::vector<DrivenNodes> driven_;
-  std::vector<fem::PrescribedNode> prescribed_;
+  std::vector<fem::PrescribedNode> prescribed_, prescribed_before_;
+  bool changed_while_prescribed_ = false;
+  Eigen::VectorXd command_force_;               // 3n [N]; empty: none in this step
+  double command_work_ = 0;                     // [J]
+  fem::RotationRule material_rotation_ = fem::RotationRule::svd;
   std::vector<double> tet_mass_;
   double value_scale_ = 1;                      // stress drawn as 1 [Pa]
   std::vector<Vec3> x_before_;                  // scratch: positions before the step

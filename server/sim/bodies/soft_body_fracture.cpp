@@ -21,6 +21,7 @@ FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const
 
   fracture::extend_by_origin(X, report.origin);
   fracture::extend_by_origin(fixed, report.origin);
+  changed_while_prescribed_ = true;
   for (DrivenNodes& driven : driven_) {
     const std::vector<int> before = driven.motion.nodes;
     for (std::size_t k = 0; k < report.origin.size(); ++k) {

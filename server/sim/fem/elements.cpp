@@ -92,6 +92,18 @@ double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const 
   return energy;
 }
 
+double elastic_energy(const RestBody& rest, const Elements& elements) {
+  // sigma : eps / 2 with eps = (sigma - lambda / (3 lambda + 2 mu) tr(sigma) I) / (2 mu).
+  const auto [lambda, mu] = rest.lame;
+  const double share = lambda / (3 * lambda + 2 * mu);
+  double energy = 0;
+  for (int t = 0; t < rest.tet_count(); ++t) {
+    const double trace = elements.sigma[t].trace();
+    energy += rest.fill[t] * rest.volume[t] * (elements.sigma[t].squaredNorm() - share * trace * trace) / (4 * mu);
+  }
+  return energy;
+}
+
 int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x) {
   int count = 0;
   for (const Tet& tet : tets) count += edge_matrix(gather(x, tet)).determinant() < 0;

@@ -49,6 +49,9 @@ void elastic_forces(const RestBody& rest, const std::vector<Tet>& tets, const st
 double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                       const std::vector<Mat3>& plastic_strain);
 
+// The same, from the stresses of `elements`: at the positions of its last update.
+double elastic_energy(const RestBody& rest, const Elements& elements);
+
 // Tets of negative volume at x.
 int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x);
 

@@ -138,16 +138,34 @@ linear_solver::SolveReport solve_pass(const System& system, const ContactRows& r
   return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options, workspace, pool);
 }
 
-void gather_rigid_outcome(const CompositeIsland& island, std::span<const int> first_block, IslandSolution& solution) {
+// What the rows did to rigid bodies; where the solve was not finished, also what its velocities say besides, at the centre
+// of mass, so that no momentum is lost.
+void gather_rigid_outcome(const CompositeIsland& island, std::span<const IslandBody> bodies,
+                          std::span<const int> first_block, IslandSolution& solution) {
   for (const int body : island.rigid) {
     const int begin = 3 * first_block[body];
     solution.rigid.push_back({body, solution.velocity.segment<3>(begin), solution.velocity.segment<3>(begin + 3)});
   }
+  std::vector<Vec3> missing, com;
+  for (const RigidVelocity& after : solution.rigid) {
+    missing.push_back(bodies[after.body].rigid->mass * after.v - bodies[after.body].rigid->b_v);
+    com.push_back(Vec3::Zero());
+  }
+  const auto push = [&](const ContactRow& row, int side, const Vec3& impulse) {
+    const ContactSide& own = row.sides[side];
+    if (!own.rigid) return;
+    if (row.active) solution.impulses.push_back({own.body, row.point, impulse, row.sides[1 - side].body});
+    const auto at = std::ranges::lower_bound(island.rigid, own.body) - island.rigid.begin();
+    com[at] = row.point - own.arm;
+    if (row.active) missing[at] -= impulse;
+  };
   for (const ContactRow& row : island.rows) {
-    if (!row.active) continue;
-    const auto& [a, b] = row.sides;
-    if (a.rigid) solution.impulses.push_back({a.body, row.point, row.impulse(), b.body});
-    if (b.rigid) solution.impulses.push_back({b.body, row.point, -row.impulse(), a.body});
+    push(row, 0, row.impulse());
+    push(row, 1, -row.impulse());
+  }
+  if (solution.report.converged) return;
+  for (std::size_t k = 0; k < island.rigid.size(); ++k) {
+    solution.impulses.push_back({island.rigid[k], com[k], missing[k], island.rigid[k]});
   }
 }
 
@@ -221,7 +239,7 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
 
   for (int k = 0; k < rows.size(); ++k) contact::set_outcome(island.rows[k], rows.relative_velocity(k, x));
   if (!system.anything_fixed()) system.remove_net_momentum_error(x, b);
-  gather_rigid_outcome(island, system.first_block(), solution);
+  gather_rigid_outcome(island, bodies, system.first_block(), solution);
   return solution;
 }
 

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+// Watches what the bodies of an island do and says when to step them more carefully. It knows numbers only: a world
+// measures, asks, and acts (server/sim/world_guard.cpp).
+//
+// | quantity   | what is measured in a step                                   | bound                          | top rung      |
+// |------------|--------------------------------------------------------------|--------------------------------|---------------|
+// | energy     | growth beyond the work done on the island, summed over steps | 5 % of its energy, or that of  | frozen        |
+// |            | and halved every kHalfLife of them                           | kFloorSpeed, if that is more   |               |
+// | inverted   | tets of negative volume, in how many steps in a row          | kPatience                      | sub_steps     |
+// | residual   | solves that ended at their cap, in a row                     | kPatience / 2                  | sub_steps     |
+// | state      | positions or velocities that are not finite                  | none                           | frozen        |
+namespace crumple::sim::guard {
+
+// What is done about it, one rung after the other, each in addition to those before.
+enum class Rung : std::uint8_t {
+  normal,
+  more_iterations,  // of the solve: kIterations times the cap, a tenth of the tolerance
+  safe_rotation,    // sign-corrected SVD, whatever the material says
+  sub_steps,        // the island takes kSubSteps steps in one
+  frozen,           // held where it last was
+};
+enum class Quantity : std::uint8_t { energy, inverted, residual, state };
+
+inline constexpr int kPatience = 10;     // steps on a rung before the next one
+inline constexpr int kCalm = 120;        // steps without a finding before a rung is left again
+inline constexpr int kHalfLife = 10;     // steps
+inline constexpr double kEnergyPart = 0.05;
+inline constexpr double kFloorSpeed = 0.1;  // [m/s] of the whole body: less is not worth a word
+inline constexpr int kIterations = 4;
+inline constexpr int kSubSteps = 4;
+
+// One body's part in one step, and its island's energy.
+struct Measurement {
+  double surplus = 0;   // growth of kinetic + elastic + gravitational energy of the island beyond work done on it [J]
+  double energy = 0;    // kinetic + elastic of the island, and what work went in or out [J]
+  double mass = 0;      // of the island's finite-element bodies [kg]
+  int inverted = 0;     // tets
+  bool capped = false;
+  double residual = 0;  // relative, of the last solve
+  double tolerance = 0;
+};
+
+// State, one a body.
+struct BodyGuard {
+  Rung rung = Rung::normal;
+  double surplus = 0;      // [J], decaying
+  double energy = 0;       // [J], the largest of late, decaying
+  int inverted_steps = 0;  // in a row
+  int capped_steps = 0;
+  int steps_on_rung = 0;
+  int calm_steps = 0;
+};
+
+// A rung climbed (up) or left (not up), because `quantity` was `value` where `bound` is allowed.
+struct Finding {
+  Quantity quantity = Quantity::energy;
+  double value = 0, bound = 0;
+  bool up = true;
+  Rung rung = Rung::normal;  // from now on
+};
+
+std::optional<Finding> watch(const Measurement& measured, BodyGuard& guard);
+
+const char* name(Rung rung);          // "more iterations", ...
+const char* name(Quantity quantity);  // "energy without work [J]", ...
+
+}  // namespace crumple::sim::guard

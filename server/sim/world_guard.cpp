@@ -1,0 +1,155 @@
+#include "common/text.h"
+#include "server/sim/world_impl.h"
+
+#include <algorithm>
+
+// The stage that looks at what the last step did, island by island, and what it asks of this one (guard/island_guard.h).
+namespace crumple::sim {
+namespace {
+
+// Midpoint velocity of a rigid part over the solve, at a point `arm` from its centre.
+Vec3 midpoint_velocity(const islands::RigidPart& before, const islands::RigidVelocity& after, const Vec3& arm) {
+  return 0.5 * (before.v + after.v) + 0.5 * (before.w + after.w).cross(arm);
+}
+
+}  // namespace
+
+guard::Rung World::Impl::rung(const islands::CompositeIsland& island) const {
+  guard::Rung highest = guard::Rung::normal;
+  for (int b : island.soft) {
+    if (guards[b].rung != guard::Rung::frozen) highest = std::max(highest, guards[b].rung);
+  }
+  return highest;
+}
+
+void World::Impl::open_account(const islands::CompositeIsland& island) {
+  IslandAccount account{.soft = island.soft, .tolerance = solve_options(island).solve.tolerance};
+  for (int b : island.soft) {
+    if (!soft[b].frozen) account.energy += soft_energy[b].moving + soft_energy[b].gravitational;
+  }
+  accounts.push_back(std::move(account));
+}
+
+// What rigid bodies do on soft ones through contacts, and what the recovery of overlaps may do: n lambda_n target. The
+// rest of a row takes energy or hands it from one soft body of the island to another.
+double World::Impl::contact_work(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
+                                 std::span<const islands::IslandBody> bodies) const {
+  double work = 0;
+  for (const contact::ContactRow& row : island.rows) {
+    if (!row.active) continue;
+    const Vec3 impulse = row.impulse();
+    work += row.lambda_n * std::max(0.0, row.target) - impulse.dot(row.known_velocity);
+    for (int side = 0; side < 2; ++side) {
+      if (!row.sides[side].rigid) continue;
+      const auto after = std::ranges::find(solution.rigid, row.sides[side].body, &islands::RigidVelocity::body);
+      if (after == solution.rigid.end()) continue;
+      const Vec3 v = midpoint_velocity(*bodies[after->body].rigid, *after, row.sides[side].arm);
+      work += (side == 0 ? -1 : 1) * impulse.dot(v);
+    }
+  }
+  return work;
+}
+
+void World::Impl::watch() {
+  soft_energy.assign(soft.size(), {});
+  if (scene.unguarded) return;
+  for (std::size_t b = 0; b < soft.size(); ++b) {
+    if (!soft[b].frozen) soft_energy[b] = soft[b].energy(scene.gravity);
+  }
+  for (const IslandAccount& account : accounts) {
+    guard::Measurement island{.capped = account.capped, .residual = account.residual, .tolerance = account.tolerance};
+    double now = 0, work = account.work;
+    bool holds = true;
+    for (int b : account.soft) {
+      if (soft[b].frozen) {
+        holds = false;  // what it did to the others is not counted
+        continue;
+      }
+      now += soft_energy[b].moving + soft_energy[b].gravitational;
+      island.energy += soft_energy[b].moving;
+      island.mass += soft[b].rest.mass();
+      work += soft[b].command_work() + soft[b].prescribed_work(scene.dt);
+      holds = holds && soft[b].balance_holds();
+    }
+    if (holds) island.surplus = now - account.energy - work;
+    island.energy += std::abs(work);
+    for (int b : account.soft) {
+      if (soft[b].frozen) continue;
+      guard::Measurement own = island;
+      own.inverted = fem::inverted_count(soft[b].tets, soft[b].state.x);
+      const auto found = guard::watch(own, guards[b]);
+      if (!found) continue;
+      soft[b].use_rotation(found->rung >= guard::Rung::safe_rotation);
+      const std::string& name = scene.bodies[soft[b].id].name;
+      Event& event = add_event(EventKind::guard, soft[b].id);
+      event.point = soft[b].centre_of_mass();
+      event.magnitude = found->value;
+      event.message = found->up ? text(name, ": ", guard::name(found->quantity), " is ", found->value, ", at most ", found->bound,
+                                       " is allowed; now ", guard::name(found->rung))
+                                : text(name, " is calm again; now ", guard::name(found->rung));
+      if (found->rung != guard::Rung::frozen) continue;
+      soft[b].freeze();
+      add_event(EventKind::frozen, soft[b].id).message = text(name, " gains energy that nothing gives it and is held where it is");
+    }
+  }
+  for (SoftBody& body : soft) body.begin_account();
+}
+
+void World::Impl::sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before,
+                           IslandAccount& account, StepReport& report) {
+  const double h = scene.dt / guard::kSubSteps;
+  static const contact::CollisionMesh nothing;
+  // Whoever is not in the island is out of reach, but for what does not move.
+  std::vector<contact::CollisionBody> bodies = collision_bodies;
+  std::vector<islands::IslandBody> unknowns(bodies.size());
+  std::vector<std::vector<Vec3>> rigid_x(bodies.size());
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const bool is_soft = std::ranges::binary_search(island.soft, static_cast<int>(b));
+    const bool is_rigid = std::ranges::binary_search(island.rigid, static_cast<int>(b));
+    if (is_rigid) {
+      rigid_x[b].assign(bodies[b].x.begin(), bodies[b].x.end());
+      bodies[b].x = rigid_x[b];
+    }
+    if (is_soft || is_rigid) unknowns[b] = island_bodies[b];
+    if (!is_soft && !is_rigid && (b < soft.size() || bodies[b].rigid->movable)) {
+      bodies[b].mesh = &nothing;
+      bodies[b].x = bodies[b].v = {};
+    }
+  }
+  contact::FrictionMemory memory = before;
+  for (int part = 0; part < guard::kSubSteps; ++part) {
+    for (int b : island.rigid) {
+      islands::RigidPart& rigid_part = *unknowns[b].rigid;
+      rigid_part.b_v = rigid_part.mass * (rigid_part.v + h * scene.gravity);
+      rigid_part.b_w = rigid_part.inertia_W * rigid_part.w;
+      bodies[b].rigid->v = rigid_part.v;
+      bodies[b].rigid->w = rigid_part.w;
+    }
+    for (int b : island.soft) soft[b].assemble_part(scene.gravity, h, pool);
+    auto now = islands::composite_islands(
+        unknowns, contact::detect({bodies, planes, scene.gravity, h, scene.contact}, pool));
+    for (int b : island.rigid) unknowns[b].rigid->v += h * scene.gravity;  // stands where nothing touches it
+    contact::FrictionMemory next;
+    for (islands::CompositeIsland& piece : now) {
+      const islands::IslandSolution solution = islands::solve(piece, unknowns, solve_options(piece), memory, pool);
+      contact::remember_friction(piece.rows, next);
+      account.work += contact_work(piece, solution, unknowns);
+      take(piece, solution, h, account, report);
+      for (const islands::RigidVelocity& after : solution.rigid) {
+        unknowns[after.body].rigid->v = after.v;
+        unknowns[after.body].rigid->w = after.w;
+      }
+    }
+    contact::sort(next);
+    memory = std::move(next);
+    for (int b : island.rigid) {  // also those that touch nothing in this part
+      const islands::RigidPart& moved = *unknowns[b].rigid;
+      contact::RigidMotion& motion = *bodies[b].rigid;
+      for (Vec3& x : rigid_x[b]) x += h * (moved.v + moved.w.cross(x - motion.p_WC));
+      motion.p_WC += h * moved.v;
+    }
+  }
+  friction.entries.insert(friction.entries.end(), memory.entries.begin(), memory.entries.end());
+}
+
+}  // namespace crumple::sim
