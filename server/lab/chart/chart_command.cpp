@@ -58,8 +58,9 @@ Footer footer(const std::vector<Point>& points) {
     if (p.failure.empty()) least = std::min(least, p.runs);
   }
   const Point& p = points.front();
-  return {text(p.machine, "; ", p.compiler, "; commit ", p.commit, "; at least ", least, least == 1 ? " run" : " runs", " a point; scene ",
-               p.scene_hash, scenes.size() > 1 ? text(" and ", scenes.size() - 1, " more") : "")};
+  return {p.machine + "; " + p.compiler,
+          text("commit ", p.commit, "; at least ", least, least == 1 ? " run" : " runs", " a point; scene ", p.scene_hash,
+               scenes.size() > 1 ? text(" and ", scenes.size() - 1, " more") : "")};
 }
 
 int ChartCommand::run() const {

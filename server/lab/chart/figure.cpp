@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <iomanip>
 #include <set>
 #include <sstream>
@@ -15,7 +16,7 @@ namespace crumple::lab::chart {
 namespace {
 
 constexpr double kPanel = 430, kLonePanel = 660, kPanelHeight = 360, kLeft = 84, kGap = 84, kRight = 26, kTop = 44, kBottom = 58;
-constexpr double kLegendRow = 17, kFooter = 24;
+constexpr double kLegendRow = 17, kFooter = 36;
 const char* const kColours[] = {"#0b6e99", "#d1495b", "#3a8f4d", "#8a5fbf", "#e08e1b", "#5b5b5b", "#17a2a2", "#a0522d", "#c04fa0", "#7a8f00"};
 constexpr int kColourCount = 10;
 
@@ -130,8 +131,7 @@ void draw_panel(const Canvas& canvas, int index, const Panel& panel, std::ostrin
     x.take(p.error);
     y.take(p.seconds);
   }
-  // Far left of every point the floor says nothing that the text does not.
-  if (panel.floor > x.low / 30) x.take(panel.floor);
+  if (panel.floor > 0) x.take(panel.floor);
   if (panel.real_time) y.take(1);
   x.close();
   y.close();
@@ -156,9 +156,13 @@ void draw_panel(const Canvas& canvas, int index, const Panel& panel, std::ostrin
   const auto px = [&](double v) { return canvas.panel_width() * x.at(v); };
   const auto py = [&](double v) { return kPanelHeight * y.at(v); };
   for (const Line& line : panel.lines) {
-    for (const Mark& m : line.marks) placer.keep_free(px(m.x), m.failed ? kPanelHeight - 4 : py(m.y));
+    for (const Mark& m : line.marks) {
+      if (m.failed || m.y > 0) placer.keep_free(std::isnan(m.x) ? canvas.panel_width() : px(m.x), m.failed ? kPanelHeight - 4 : py(m.y));
+    }
   }
   for (const PeerPoint& p : panel.peers) placer.keep_free(px(p.error), py(p.seconds));
+  // A failure without an error stands in the corner.
+  const auto across = [&](const Mark& m) { return std::clamp(std::isnan(m.x) ? x.high : m.x, x.low, x.high); };
   int tag = 1;
   const auto label = [&](double vx, double vy, const std::string& words, const std::string& colour) {
     const auto place = placer.place(px(vx), py(vy), words);
@@ -169,7 +173,9 @@ void draw_panel(const Canvas& canvas, int index, const Panel& panel, std::ostrin
   for (const PeerPoint& p : panel.peers) label(p.error, p.seconds, p.name + " (others)", "#000000");
   if (panel.labels) {
     for (const Line& line : panel.lines) {
-      for (const Mark& m : line.marks) label(m.x, m.failed ? y.high : m.y, m.label, kColours[line.colour]);
+      for (const Mark& m : line.marks) {
+        if (m.failed || (m.x > 0 && m.y > 0)) label(across(m), m.failed ? y.high : m.y, m.label, kColours[line.colour]);
+      }
     }
   }
 
@@ -179,6 +185,7 @@ void draw_panel(const Canvas& canvas, int index, const Panel& panel, std::ostrin
   for (const Line& line : panel.lines) {
     if (line.expected_slope == 0 || line.marks.size() < 3 || !drawn.insert(line.expected_slope).second) continue;
     const Mark& middle = line.marks[line.marks.size() / 2];
+    if (!(middle.x > 0 && middle.y > 0)) continue;
     const double x0 = middle.x * 0.42, y0 = middle.y * 0.42, run = std::pow(10, 0.35), x1 = x0 * run, y1 = y0 * std::pow(run, line.expected_slope);
     const auto stroke = [&](double ax, double ay, double bx, double by) {
       out << "set arrow " << arrow++ << " from first " << ax << ", first " << ay << " to first " << bx << ", first " << by
@@ -202,7 +209,7 @@ void draw_panel(const Canvas& canvas, int index, const Panel& panel, std::ostrin
     int n_good = 0, n_bad = 0;
     for (const Mark& m : line.marks) {
       if (m.failed) {
-        bad << std::clamp(std::isnan(m.x) ? x.high : m.x, x.low, x.high) << " " << y.high << "\n";
+        bad << across(m) << " " << y.high << "\n";
         ++n_bad;
       } else if (!std::isnan(m.x) && !std::isnan(m.y)) {
         good << std::clamp(m.x, x.low, x.high) << " " << std::clamp(m.y, y.low, y.high) << " " << std::clamp(m.y_low, y.low, y.high) << " "
@@ -248,13 +255,18 @@ struct LegendEntry {
   int shape;
 };
 
+std::string footer_labels(const Footer& footer, double width) {
+  const char* style = " right font ',8' tc rgb '#888888'\n";
+  return text("set label 2 ", quoted(footer.made_on), " at ", width - 8, ",22", style, "set label 3 ", quoted(footer.made_of), " at ", width - 8, ",10", style);
+}
+
 void draw_frame(const Canvas& canvas, const std::string& title, const std::vector<LegendEntry>& legend, int columns, const Footer& footer,
                 std::ostringstream& out) {
   const double W = canvas.width(), H = canvas.height();
   out << "reset\nset lmargin at screen 0\nset rmargin at screen 1\nset bmargin at screen 0\nset tmargin at screen 1\n"
       << "set xrange [0:" << W << "]\nset yrange [0:" << H << "]\nunset border\nunset tics\nunset key\nunset grid\n"
       << "set label 1 " << quoted(title) << " at " << kLeft - 50 << "," << H - 20 << " left font ',14' tc rgb '#111111'\n"
-      << "set label 2 " << quoted(footer.text) << " at " << W - 8 << ",10 right font ',8' tc rgb '#888888'\n";
+      << footer_labels(footer, W);
   const double top = canvas.panel_bottom() - kBottom;
   std::ostringstream plot;
   plot << "plot NaN";
@@ -287,8 +299,18 @@ Mark mark(const Point& p, const std::string& x, const std::string& y) {
   return m;
 }
 
+// The floor, 0 where it lies so far left of every point that it says nothing that the text does not.
+double shown_floor(const std::vector<Point>& points) {
+  double least = 1e300;
+  for (const Point& p : points) {
+    if (const double e = p.median("error"); e > 0) least = std::min(least, e);
+  }
+  const double floor = floors_of(points).common();
+  return floor > least / 30 ? floor : 0;
+}
+
 Panel panel_of(const Study& study, const std::vector<Point>& points, const std::string& quantity, const std::string& axis) {
-  Panel panel{.x_axis = study.error_axis, .y_axis = axis, .floor = floors_of(points).common()};
+  Panel panel{.x_axis = study.error_axis, .y_axis = axis, .floor = shown_floor(points)};
   for (std::size_t c = 0; c < study.curves.size(); ++c) {
     Line line{.name = study.curves[c].name, .colour = static_cast<int>(c) % kColourCount, .shape = shape_of(static_cast<int>(c))};
     for (const Point& p : points) {
@@ -335,13 +357,13 @@ Figure work_precision(const Study& study, const std::vector<Point>& points, cons
   for (const PanelAxis& more : study.more) panels.push_back(panel_of(study, points, more.quantity, more.name));
   auto legend = curve_legend(study);
   if (any_failed(points)) legend.push_back({"X on the top edge: failed", "#444444", 2});
-  if (floors_of(points).common() > 0) legend.push_back({"grey: the reference's own uncertainty", "#cccccc", 5});
+  if (panels[0].floor > 0) legend.push_back({"grey: the reference's own uncertainty", "#cccccc", 5});
   return finish(study, std::move(panels), legend, footer);
 }
 
 // Colour: the part of the error that is the largest. Shape: the mesh.
 Figure pareto(const Study& study, const std::vector<Point>& points, const Footer& footer) {
-  Panel panel{.x_axis = study.error_axis, .y_axis = study.cost_axis, .floor = floors_of(points).common(), .real_time = true, .labels = false};
+  Panel panel{.x_axis = study.error_axis, .y_axis = study.cost_axis, .floor = shown_floor(points), .real_time = true, .labels = false};
   Panel iterations = panel;
   iterations.y_axis = "CG iterations a simulated second";
   iterations.real_time = false;
@@ -429,7 +451,7 @@ Figure ensemble(const Study& study, const std::vector<Point>& points, const Foot
     double top_value = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {
       const auto at = points[k].measured.find(name);
-      if (at == points[k].measured.end()) continue;
+      if (at == points[k].measured.end() || std::isnan(at->second.median)) continue;
       out << k << " " << at->second.median << " " << at->second.q1 << " " << at->second.q3 << "\n";
       top_value = std::max(top_value, at->second.q3);
     }
@@ -452,8 +474,7 @@ Figure ensemble(const Study& study, const std::vector<Point>& points, const Foot
   }
   out << "reset\nset lmargin at screen 0\nset rmargin at screen 1\nset bmargin at screen 0\nset tmargin at screen 1\nset xrange [0:" << W
       << "]\nset yrange [0:" << H << "]\nunset border\nunset tics\nunset key\nset label 1 " << quoted(study.title + "   (point: median, bar: quartiles of the seeds)")
-      << " at 20," << H - 20 << " left font ',14'\nset label 2 " << quoted(footer.text) << " at " << W - 8
-      << ",10 right font ',8' tc rgb '#888888'\nplot NaN\nunset multiplot\n";
+      << " at 20," << H - 20 << " left font ',14'\n" << footer_labels(footer, W) << "plot NaN\nunset multiplot\n";
   return {out.str(), static_cast<int>(W), static_cast<int>(H)};
 }
 
@@ -492,6 +513,8 @@ Result<void> draw(const Figure& figure, const std::filesystem::path& folder, con
   std::replace(plain.begin(), plain.end(), '-', '_');
   for (const char* kind : {"svg", "png"}) {
     const std::string file = (folder / (name + "." + kind)).string();
+    // gnuplot would draw onto standard output instead.
+    if (!std::ofstream(file)) return invalid(file, "cannot be written");
     std::ostringstream program;
     if (std::string(kind) == "svg") {
       program << "set terminal svg size " << figure.width << "," << figure.height << " dynamic noenhanced font 'Arial,12' name 'fig_" << plain

@@ -10,7 +10,8 @@ namespace crumple::lab::chart {
 Result<void> find_gnuplot();
 
 struct Footer {
-  std::string text;  // machine, compiler, commit, runs: stands under the panels of every figure
+  // Stand under the panels of every figure: machine and compiler; commit, runs and scene.
+  std::string made_on, made_of;
 };
 
 // The gnuplot program of a study's figure, without terminal and output: data inline, ranges, panels, legend, labels

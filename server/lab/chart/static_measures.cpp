@@ -6,6 +6,7 @@
 #include "server/lab/vibration_modes.h"
 #include "server/sim/fem/corotational.h"
 #include "server/sim/fem/rotation.h"
+#include "server/sim/state_hash.h"
 
 #include <cmath>
 
@@ -13,6 +14,7 @@ namespace crumple::lab::chart {
 namespace {
 
 constexpr const char* kCantilever = "S03_cantilever_small";
+constexpr double kPointYoung = 1e6, kPointPoisson = 0.3;  // of the material point [Pa], [-]
 
 struct Cantilever {
   Level level;
@@ -160,14 +162,19 @@ Mat3 stvk(const sim::fem::Lame& lame, const Mat3& F) {
 
 Measure law_gap(std::function<Mat3(double)> gradient) {
   return {[=](const Setup& setup, Workshop&) -> Result<Sample> {
-            const sim::fem::Lame lame = sim::fem::lame_constants(1e6, 0.3);
+            const sim::fem::Lame lame = sim::fem::lame_constants(kPointYoung, kPointPoisson);
             const Mat3 F = gradient(setup.strain);
             const Mat3 Q = sim::fem::rotation(F, setup.rotation);
             const Mat3 other = stvk(lame, F);
             const Mat3 gap = sim::fem::first_piola(lame, Q, F, Mat3::Zero()) - other;
             return Sample{{{"error", gap.norm() / other.norm()}}, ""};
           },
-          [](const Setup&, Workshop&) -> Result<std::uint64_t> { return 0; }};
+          [](const Setup&, Workshop&) -> Result<std::uint64_t> {
+            sim::StateHash hash;  // nothing but the material
+            hash.add(kPointYoung);
+            hash.add(kPointPoisson);
+            return hash.value();
+          }};
 }
 
 }  // namespace
