@@ -48,7 +48,8 @@ class ContactTrial {
   bool ground = false;
 };
 
-// Pressure proportional to the overlap's depth, 1e7 Pa/m, as forces at the start of the step: the classic penalty method.
+// Pressure proportional to the overlap's depth, 1e6 Pa/m, as forces at the start of the step: the classic penalty method.
+// Without friction.
 void push_by_penalty(ContactTrial& trial);
 
 // A light block (100 kg) on the ground under one of `ratio` times its density, E = 1e9.

@@ -113,7 +113,7 @@ Outcome branch_jump(const Method& method, const Effort& effort) {
   // Small steps make it worse: the branches feed energy faster than backward Euler takes it out.
   SoftTrial trial(unit_cube(3), soft_material(), method.fem);
   scramble(trial, 1);
-  const double seconds = effort.brief ? 0.5 : 2.5;
+  const double seconds = 2.5;
   trial.run(seconds, 1e-3);
   const int inverted = trial.sound() ? trial.inverted() : trial.mesh.tet_count();
   const std::string found = text("Q jumps by ", jump, " degrees while det F falls by 0.1 %; scrambled cube at dt = 1 ms: ", inverted,
@@ -139,8 +139,14 @@ Outcome ghost_torque(const Method& method, const Effort& effort) {
   double difference = 0, spin = 0;
   bool sound = true;
   for (const Mat3& R : cube_rotations()) {
-    SoftTrial trial(unit_cube(2), soft_material(), method.fem);
-    trial.deform([&](const Vec3& X) -> Vec3 { return R * Vec3(0.04 * X.x() + 0.1 * X.y(), X.y(), X.z() + 0.1 * X.x()); });
+    // The block itself is turned, rest shape and all: rules that look at columns of F see other columns.
+    sim::TetMesh mesh = unit_cube(2);
+    for (Vec3& X : mesh.X) X = R * X;
+    SoftTrial trial(mesh, soft_material(), method.fem);
+    trial.deform([&](const Vec3& X_turned) -> Vec3 {
+      const Vec3 X = R.transpose() * X_turned;
+      return R * Vec3(0.04 * X.x() + 0.1 * X.y(), X.y(), X.z() + 0.1 * X.x());
+    });
     trial.run(0.25, kDt);
     sound = sound && trial.sound();
     spin = std::max(spin, trial.spin());
@@ -201,7 +207,7 @@ Outcome stiffness(const Method& method, const Effort& effort) {
     material.young = young;
     SoftTrial trial(unit_cube(effort.brief ? 2 : 3), material, method.fem);
     scramble(trial, 2);
-    trial.run(2, kDt);
+    trial.run(std::max(2.0, 10 * std::sqrt(material.density / young)), kDt);  // ten times that a wave needs through it
     const bool well = trial.sound() && trial.inverted() == 0;
     if (well) highest = young;
     else broken += text(" ", young);
@@ -239,8 +245,9 @@ Outcome incompressibility(const Method& method, const Effort& effort) {
 
 Outcome slivers(const Method& method, const Effort& effort) {
   std::string found;
-  bool sound = true, recovered = true, refused = true;
+  bool sound = true, refused = true;
   double shape = 0;
+  int left = 0;
   for (const double quality : {1e-4, 1e-8, 0.0, -0.1}) {
     const sim::TetMesh mesh = cube_with_sliver(3, quality);
     if (!sim::validate(mesh, "mesh")) {
@@ -254,13 +261,13 @@ Outcome slivers(const Method& method, const Effort& effort) {
     trial.run(effort.brief ? 1 : 4, kDt);
     sound = sound && trial.sound();
     const int inverted = trial.inverted();
-    recovered = recovered && inverted == 0;
+    left = std::max(left, inverted);
     shape = std::max(shape, trial.shape_error());
     found += text(" ", quality, ": ", inverted, " inverted;");
   }
   found = text("scrambled cube with a tet squashed to", found, " shape error ", 100 * shape, " %");
   if (sound && !refused) return {Verdict::fails, 1, found};
-  return judged(sound, recovered, shape, found);
+  return judged(sound, left == 0, left, found);
 }
 
 }  // namespace
@@ -277,7 +284,7 @@ std::vector<Row> element_rows() {
        Family::fem, ghost_torque, 1},
       {6, "90 % compression and release", "Plates squeeze the cube to 10 % in a second and open in a second", "shape back within 1 %", Family::fem, compression, 2},
       {7, "100 x stretch and release", "X diag(100,1,1), 20 s", "nothing inverted, energy never above the start's and < 0.1 % of it at the end", Family::fem, stretch, 4},
-      {8, "Stiffness", "The scrambled cube, E = 1e3 to 1e11 Pa, dt = 1/60 s", "bounded, nothing inverted, no solve ends at its cap", Family::fem, stiffness, 4,
+      {8, "Stiffness", "The scrambled cube, E = 1e3 to 1e11 Pa, dt = 1/60 s, for ten passes of a wave", "bounded, nothing inverted, no solve ends at its cap", Family::fem, stiffness, 4,
        {{"float32 alarm", "a warning where float_solver meets a condition number above 1e6"}}},
       {9, "nu towards 0.5", "The scrambled cube, nu = 0.3 to 0.4999; a slender beam's tip over beam theory (1: no locking)", "bounded, nothing inverted; locking below 20 %",
        Family::fem, incompressibility, 3, {{"mixed u-p or F-bar elements", "an element that does not lock"}, {"quadratic tets", "an element that does not lock"}}},

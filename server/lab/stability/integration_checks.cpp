@@ -49,7 +49,7 @@ Outcome time_steps(const Method& method, const Effort& effort) {
     SoftTrial trial(unit_cube(effort.brief ? 2 : 3), soft_material(), method.fem);
     Random random(1);
     trial.deform([&](const Vec3&) { return random.vec3(0, 1); });
-    trial.run(effort.brief ? 1 : 3, 1 / rate);
+    trial.run(3, 1 / rate);
     const bool finite = trial.sound();
     const int left = finite ? trial.inverted() : trial.mesh.tet_count();
     if (left > 0) broken += text(" 1/", rate, finite ? "" : " (not finite)");
@@ -70,7 +70,7 @@ Outcome capped_solver(const Method& method, const Effort& effort) {
       FemMaterial material = soft_material();
       material.young = young;
       material.cg_max_iterations = cap;
-      SoftTrial trial(unit_cube(effort.brief ? 2 : 4), material, method.fem);
+      SoftTrial trial(unit_cube(effort.brief ? 3 : 4), material, method.fem);
       Random random(1);
       trial.deform([&](const Vec3&) { return random.vec3(0, 1); });
       trial.run(1, kDt);
@@ -94,7 +94,9 @@ Outcome capped_solver(const Method& method, const Effort& effort) {
 
 Outcome sudden_load(const Method& method, const Effort& effort) {
   // Ten times the load that bends the beam far, in one step.
-  SoftTrial trial(block({2, 0.2, 0.2}, {effort.brief ? 10 : 20, 2, 2}), soft_material(), method.fem);
+  FemMaterial material = soft_material();
+  material.young = 1e6;
+  SoftTrial trial(block({2, 0.2, 0.2}, {effort.brief ? 10 : 20, 2, 2}), material, method.fem);
   for (int i = 0; i < trial.mesh.node_count(); ++i) {
     if (trial.mesh.X[i].x() == 0) trial.prescribed.push_back({i, Vec3::Zero()});
     trial.force(3 * i + 1) = -10 * 9.81 * trial.rest.node_mass[i];
@@ -113,7 +115,7 @@ Outcome sudden_load(const Method& method, const Effort& effort) {
   });
   const double speed = std::sqrt(2 * trial.kinetic() / trial.rest.mass());
   const int inverted = trial.inverted();
-  return judged(trial.sound(), lowest > -6 && gained < 1.01 && inverted == 0, gained,
+  return judged(trial.sound(), lowest > -4 && gained < 1.01 && inverted == 0, gained,
                 text("deepest point ", lowest, " m on a beam of 2 m; energy never above ", gained, " of the load's work; after 4 s ", inverted,
                      " inverted, rms speed ", speed, " m/s"));
 }
@@ -155,7 +157,7 @@ std::vector<Row> integration_rows() {
       {10, "dt from 1/1000 to 1/15 s", "The scrambled cube for 3 s at seven time steps", "bounded, nothing inverted at any", Family::fem, time_steps, 6},
       {12, "CG cap hit, tolerance 1e-3", "The scrambled cube with caps of 5, 20 and 100 iterations at E = 1e5 and 1e9, and uncapped at 1e9", "bounded; centre of mass < 1 mm/s; capped solves are reported",
        Family::fem, capped_solver, 4},
-      {13, "Indefinite or frozen tangent", "Ten times gravity on a slender soft cantilever in one step, 4 s", "bounded, energy not above the load's work, nothing inverted", Family::fem, sudden_load, 2,
+      {13, "Indefinite or frozen tangent", "Ten times gravity on a slender cantilever (2 x 0.2 x 0.2 m, E = 1e6) in one step", "tip within two lengths, energy not above the load's work, nothing inverted after 4 s", Family::fem, sudden_load, 2,
        {{"Newton inside a step", "exact tangent with line search; a static solve has it (crumple-lab solve)"}}},
       {14, "Angular momentum out of nothing", "Scrambled, flattened and 100 x stretched cube, all with L = 0", "spin |L|/I < 0.01 rad/s, momentum < 1e-6 kg m/s", Family::fem, angular_momentum, 2,
        {{"momentum-conserving projection", "L kept by a projection or by iterating the step"}}},

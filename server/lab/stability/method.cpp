@@ -48,7 +48,7 @@ std::vector<Method> make_methods() {
                  .contact = {.settings = {.raw_damping = true, .phi = 1e6}}});
   all.push_back({.key = "raw-1e9", .name = "raw damping, phi = 1e9", .family = Family::contact,
                  .standing = Standing::paper, .contact = {.settings = {.raw_damping = true, .phi = 1e9}}});
-  all.push_back({.key = "penalty", .name = "explicit penalty springs on the overlap's volume", .family = Family::contact,
+  all.push_back({.key = "penalty", .name = "explicit penalty springs, no friction", .family = Family::contact,
                  .standing = Standing::comparison,
                  .contact = {.settings = {.kappa = 0}, .push = push_by_penalty}});
   all.push_back({.key = "rigid", .name = "rigid boxes (Bullet's solver)", .family = Family::contact, .mapped = true,

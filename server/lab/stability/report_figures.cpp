@@ -13,14 +13,21 @@ namespace crumple::lab::stability {
 
 namespace {
 
-constexpr int kPanelWidth = 430, kHeight = 430;  // [px]
+constexpr int kPanelWidth = 430, kHeight = 460;  // [px]
+
+// A gnuplot string.
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? "''" : std::string(1, c);
+  return out + "'";
+}
 
 // One panel: a rectangle and a letter a cell, on a grid of whole numbers.
 void panel(std::ostream& out, const HeatMap& map, const Method& method, const CellGrid& grid, int index, int count) {
   const std::size_t nx = map.x.values.size(), ny = map.y.values.size();
   const double width = 1.0 / count;
-  out << "set lmargin at screen " << (index + 0.17) * width << "\nset rmargin at screen " << (index + 0.97) * width << "\n"
-      << "set tmargin at screen 0.91\nset bmargin at screen 0.31\nunset object\nunset label\n";
+  out << "set lmargin at screen " << (index + 0.2) * width << "\nset rmargin at screen " << (index + 0.97) * width << "\n"
+      << "set tmargin at screen 0.91\nset bmargin at screen 0.34\nunset object\nunset label\n";
   for (std::size_t j = 0; j < ny; ++j)
     for (std::size_t i = 0; i < nx; ++i) {
       const CellState state = grid[j][i].state;
@@ -32,19 +39,19 @@ void panel(std::ostream& out, const HeatMap& map, const Method& method, const Ce
   const auto tics = [&](const char* which, const Axis& axis, const char* more) {
     out << "set " << which << "tics (";
     for (std::size_t k = 0; k < axis.values.size(); ++k) out << (k ? ", " : "") << "'" << label(axis, static_cast<int>(k)) << "' " << k + 0.5;
-    out << ") scale 0 nomirror font ',10' " << more << "\n";
+    out << ") scale 0 nomirror textcolor rgb '#333333' font ',10' " << more << "\n";
   };
   const auto name = [](const Axis& axis) { return axis.name + (axis.unit.empty() ? "" : " [" + axis.unit + "]"); };
   tics("x", map.x, "rotate by -45");
   tics("y", map.y, "");
-  out << "set xlabel '" << name(map.x) << "' offset 0,-0.6\nset ylabel '" << name(map.y) << "' offset 0.5,0\nset title '" << method.name << "' font ',12' offset 0,-0.5\n";
+  out << "set xlabel '" << name(map.x) << "' offset 0,0.4\nset ylabel '" << name(map.y) << "' offset 1.5,0\nset title " << quoted(method.name) << " font ',12' offset 0,-0.5\n";
   if (index == 0) {  // the key, below all panels
     for (int s = 0; s < kCellStates; ++s) {
       const CellState state = static_cast<CellState>(s);
       const double box = 14.0 / (kPanelWidth * count);
       const double x = 16 + (s % 4) * 185, row = s / 4;
       const double at = x / (kPanelWidth * count);
-      const double y = 0.09 - 0.055 * row;
+      const double y = 0.085 - 0.055 * row;
       out << "set object rect from screen " << at << "," << y << " to screen " << at + box << "," << y + 14.0 / kHeight << " fc rgb '" << colour_of(state)
           << "' fs solid border lc rgb 'gray'\n";
       const std::string letter = *letter_of(state) ? std::string(" (") + letter_of(state) + ")" : "";
@@ -54,11 +61,18 @@ void panel(std::ostream& out, const HeatMap& map, const Method& method, const Ce
   out << "plot [0:" << nx << "] [0:" << ny << "] NaN notitle\n";
 }
 
+// gnuplot's ids: letters, digits and underscores.
+std::string svg_name(std::string key) {
+  for (char& c : key)
+    if (c == '-') c = '_';
+  return key;
+}
+
 std::string script(const HeatMap& map, const Survey& survey, const std::filesystem::path& file, bool svg) {
   const auto methods = map.methods();
   const int count = static_cast<int>(methods.size());
   std::ostringstream out;
-  out << "set terminal " << (svg ? text("svg font 'sans-serif,12' name '", map.key, "'") : std::string("pngcairo font 'sans,12'")) << " size "
+  out << "set terminal " << (svg ? text("svg font 'sans-serif,12' name '", svg_name(map.key), "'") : std::string("pngcairo font 'sans,12'")) << " size "
       << std::max(2, count) * kPanelWidth << "," << kHeight << " background rgb 'white'\nset output '" << file.string() << "'\n"
       << "set border lc rgb 'gray'\nset multiplot\n";
   for (int k = 0; k < count; ++k) panel(out, map, *methods[k], survey.grid(map, methods[k]->key), k, std::max(2, count));

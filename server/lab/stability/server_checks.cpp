@@ -78,7 +78,7 @@ Outcome injection(const Method&, const Effort&) {
 
   // The largest that the gate lets in, and denormals: body 1 may fare as it does, the others keep their bits.
   const double denormal = std::numeric_limits<double>::denorm_min();
-  (void)touched->submit(ApplyImpulse{.body = 1, .impulse = {0, kMaxImpulse, 0}});
+  (void)touched->submit(ApplyImpulse{.body = 1, .impulse = {0, kMaxImpulse, 0}, .point = {0, 0.6, 0}, .radius = 100});
   (void)touched->submit(ApplyImpulse{.body = 1, .impulse = {denormal, 0, 0}});
   bool others = true;
   for (int k = 0; k < 60; ++k) {

@@ -23,6 +23,8 @@ struct Command {
   bool ci = false;
 
   int run() const;
+  bool asked(const RowKey& key) const { return only.empty() || text(key.first) == only; }
+  bool asked(const CellKey& key) const { return only.empty() || key.map == only; }
   int fail(const std::string& message, int code) const {
     std::cerr << "crumple-lab: " << message << "\n";
     return code;
@@ -39,18 +41,16 @@ Json summary(const Survey& survey) {
 }
 
 int Command::run() const {
-  if (!only.empty()) return run_only();
   if (ci) return run_ci();
+  if (!only.empty()) return run_only();
   if (out.empty()) return fail("--out is missing, must name a folder for the report", 2);
   return run_full();
 }
 
 int Command::run_only() const {
-  Plan plan{.effort = {.brief = ci}};
-  for (const RowKey& key : full_plan().rows)
-    if (text(key.first) == only) plan.rows.push_back(key);
-  for (const CellKey& key : full_plan().cells)
-    if (key.map == only) plan.cells.push_back(key);
+  Plan plan = full_plan();
+  std::erase_if(plan.rows, [&](const RowKey& key) { return !asked(key); });
+  std::erase_if(plan.cells, [&](const CellKey& key) { return !asked(key); });
   if (plan.rows.empty() && plan.cells.empty()) return fail("--only is " + only + ", must be a row from 1 to 41 or a map", 2);
   const Survey survey = run_survey(plan, {});
   Json result = Json::object();
@@ -70,7 +70,10 @@ int Command::run_ci() const {
   std::string error;
   if (!in) return fail("--baseline is " + baseline + ", which cannot be read", 2);
   if (!from_json(Json::parse(in, nullptr, false), known, error)) return fail(baseline + ": " + error, 2);
+  std::erase_if(known.rows, [&](const auto& row) { return !asked(row.first); });
+  std::erase_if(known.cells, [&](const auto& cell) { return !asked(cell.first); });
   Plan plan{.effort = {.brief = true}, .rows = rows_of_brief()};
+  std::erase_if(plan.rows, [&](const RowKey& key) { return !asked(key); });
   for (const auto& [key, state] : known.cells) plan.cells.push_back(key);
   const Survey survey = run_survey(plan, {});
   const Comparison comparison = compare(known, survey);
