@@ -41,6 +41,8 @@ struct Case {
   Transport (*make)(const runtime::RegistryOptions&);
 };
 
+void PrintTo(const Case& transport, std::ostream* out) { *out << transport.name; }
+
 class Transports : public testing::TestWithParam<Case> {
  protected:
   void start(const runtime::RegistryOptions& options = {}) {

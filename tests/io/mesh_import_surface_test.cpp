@@ -38,6 +38,8 @@ struct Known {
   int vertices, triangles;  // -1: not compared
 };
 
+void PrintTo(const Known& mesh, std::ostream* out) { *out << mesh.file; }
+
 class SharedMesh : public testing::TestWithParam<Known> {};
 
 TEST_P(SharedMesh, HasTheStatedCounts) {

@@ -215,6 +215,8 @@ struct Bench {
   const char* steps;
 };
 
+void PrintTo(const Bench& bench, std::ostream* out) { *out << bench.scene; }
+
 class LabBench : public testing::TestWithParam<Bench> {};
 
 TEST_P(LabBench, PrintsItsKeysAndTheSameHashForOneAndTwoThreads) {
