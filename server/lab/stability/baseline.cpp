@@ -13,9 +13,9 @@ using Json = nlohmann::json;
 
 namespace {
 
-constexpr double kMargin = 1.5;     // of a limit's value: other compilers round differently, chaos amplifies it
-constexpr double kNoise = 1e-6;     // values below it are rounding
-constexpr int kPairs = 3;           // a map and method
+constexpr double kMargin = 1.5;  // of a limit's value: other compilers round differently, chaos amplifies it
+constexpr double kNoise = 1e-6;  // values below it are rounding
+constexpr int kPairs = 3;        // a map and method
 
 std::string row_text(const RowKey& key) { return text(key.first, " ", key.second); }
 std::string cell_text(const CellKey& key) { return text(key.map, " ", key.method, " ", key.i, " ", key.j); }
@@ -27,8 +27,8 @@ std::string row_title(const RowKey& key) {
 
 std::string cell_title(const CellKey& key) {
   const auto map = std::ranges::find(all_maps(), key.map, &HeatMap::key);
-  return text("map ", key.map, ", ", find_method(key.method)->name, ", ", map->x.name, " = ", label(map->x, key.i), ", ", map->y.name, " = ",
-              label(map->y, key.j));
+  return text("map ", key.map, ", ", find_method(key.method)->name, ", ", map->x.name, " = ", label(map->x, key.i),
+              ", ", map->y.name, " = ", label(map->y, key.j));
 }
 
 bool exists(const RowKey& key) {
@@ -57,13 +57,15 @@ bool parse_state(const std::string& name, CellState& state) {
 
 Json to_json(const Baseline& baseline) {
   Json json{{"rows", Json::object()}, {"cells", Json::object()}};
-  for (const auto& [key, outcome] : baseline.rows) json["rows"][row_text(key)] = {{"verdict", name_of(outcome.verdict)}, {"value", outcome.value}};
+  for (const auto& [key, outcome] : baseline.rows)
+    json["rows"][row_text(key)] = {{"verdict", name_of(outcome.verdict)}, {"value", outcome.value}};
   for (const auto& [key, state] : baseline.cells) json["cells"][cell_text(key)] = name_of(state);
   return json;
 }
 
 bool from_json(const Json& json, Baseline& baseline, std::string& error) {
-  if (!json.is_object() || !json.contains("rows") || !json.contains("cells") || !json["rows"].is_object() || !json["cells"].is_object()) {
+  if (!json.is_object() || !json.contains("rows") || !json.contains("cells") || !json["rows"].is_object() ||
+      !json["cells"].is_object()) {
     error = "must be an object of rows and cells";
     return false;
   }
@@ -71,7 +73,8 @@ bool from_json(const Json& json, Baseline& baseline, std::string& error) {
     std::istringstream in(name);
     RowKey key;
     Outcome outcome;
-    const bool well = (in >> key.first >> key.second) && exists(key) && entry.is_object() && entry.contains("verdict") && entry["verdict"].is_string() &&
+    const bool well = (in >> key.first >> key.second) && exists(key) && entry.is_object() &&
+                      entry.contains("verdict") && entry["verdict"].is_string() &&
                       parse(entry["verdict"], outcome.verdict);
     if (!well) {
       error = text("rows[\"", name, "\"] is no outcome of a row and method that exist");
@@ -84,7 +87,8 @@ bool from_json(const Json& json, Baseline& baseline, std::string& error) {
     std::istringstream in(name);
     CellKey key;
     CellState state;
-    if (!(in >> key.map >> key.method >> key.i >> key.j) || !exists(key) || !entry.is_string() || !parse_state(entry, state)) {
+    if (!(in >> key.map >> key.method >> key.i >> key.j) || !exists(key) || !entry.is_string() ||
+        !parse_state(entry, state)) {
       error = text("cells[\"", name, "\"] is no state of a cell that exists");
       return false;
     }
@@ -110,7 +114,8 @@ std::vector<CellKey> boundary_cells(const Survey& full, double budget) {
       };
       for (int j = 0; j < ny; ++j)
         for (int i = 0; i < nx; ++i) {
-          const CellKey here{map.key, method->key, i, j}, right{map.key, method->key, i + 1, j}, above{map.key, method->key, i, j + 1};
+          const CellKey here{map.key, method->key, i, j}, right{map.key, method->key, i + 1, j},
+              above{map.key, method->key, i, j + 1};
           if (!full.cells.contains(here)) continue;
           if (i + 1 < nx && full.cells.contains(right) && stable(here) != stable(right)) add(here, right);
           if (j + 1 < ny && full.cells.contains(above) && stable(here) != stable(above)) add(here, above);
@@ -140,12 +145,17 @@ Comparison compare(const Baseline& baseline, const Survey& now) {
       continue;
     }
     const Outcome& after = at->second.outcome;
-    const std::string change = text(": ", name_of(before.verdict), " (", before.value, ") became ", name_of(after.verdict), " (", after.value, "): ", after.text);
-    if (is_worse(after.verdict, before.verdict) || (after.verdict == Verdict::not_built && before.verdict != Verdict::not_built))
+    const std::string change = text(": ", name_of(before.verdict), " (", before.value, ") became ",
+                                    name_of(after.verdict), " (", after.value, "): ", after.text);
+    if (is_worse(after.verdict, before.verdict) ||
+        (after.verdict == Verdict::not_built && before.verdict != Verdict::not_built))
       result.inward.push_back(row_title(key) + change);
-    else if (is_worse(before.verdict, after.verdict) || before.verdict != after.verdict) result.outward.push_back(row_title(key) + change);
-    else if (before.verdict == Verdict::limit && after.value > kMargin * before.value + kNoise) result.inward.push_back(row_title(key) + change);
-    else if (before.verdict == Verdict::limit && kMargin * after.value + kNoise < before.value) result.outward.push_back(row_title(key) + change);
+    else if (is_worse(before.verdict, after.verdict) || before.verdict != after.verdict)
+      result.outward.push_back(row_title(key) + change);
+    else if (before.verdict == Verdict::limit && after.value > kMargin * before.value + kNoise)
+      result.inward.push_back(row_title(key) + change);
+    else if (before.verdict == Verdict::limit && kMargin * after.value + kNoise < before.value)
+      result.outward.push_back(row_title(key) + change);
   }
   for (const auto& [key, before] : baseline.cells) {
     const auto at = now.cells.find(key);

@@ -6,8 +6,8 @@
 namespace crumple::lab::stability {
 
 struct Baseline {
-  std::map<RowKey, Outcome> rows;       // of the brief effort; texts are left out
-  std::map<CellKey, CellState> cells;   // on both sides of the boundaries
+  std::map<RowKey, Outcome> rows;      // of the brief effort; texts are left out
+  std::map<CellKey, CellState> cells;  // on both sides of the boundaries
 };
 
 // Format: {"rows": {"1 svd": {"verdict", "value"}}, "cells": {"E-dt svd 3 4": "stable"}}.
@@ -20,11 +20,11 @@ bool from_json(const nlohmann::json& json, Baseline& baseline, std::string& erro
 std::vector<CellKey> boundary_cells(const Survey& full, double budget);
 
 struct Comparison {
-  std::vector<std::string> inward;    // what fell behind, one sentence each, with row or map named
-  std::vector<std::string> outward;   // what got better: the baseline may be raised
+  std::vector<std::string> inward;   // what fell behind, one sentence each, with row or map named
+  std::vector<std::string> outward;  // what got better: the baseline may be raised
 };
-// Inward: a worse verdict; a limit whose value grew by more than half; a row or cell of the baseline that was not run; a
-// cell of a worse state.
+// Inward: a worse verdict; a limit whose value grew by more than half; a row or cell of the baseline that was not run;
+// a cell of a worse state.
 Comparison compare(const Baseline& baseline, const Survey& now);
 
 }  // namespace crumple::lab::stability

@@ -16,7 +16,8 @@ double cantilever_ratio(double poisson) {
   FemMaterial material = soft_material();
   material.poisson = poisson;
   SoftTrial beam(block({L, h, h}, {20, 2, 2}), material, methods_of(Family::fem).front()->fem);
-  Eigen::SparseMatrix<double> K = tangent_stiffness(beam.rest, beam.mesh.tets, beam.mesh.X, beam.state.plastic_strain, Tangent::fixed_rotation);
+  Eigen::SparseMatrix<double> K =
+      tangent_stiffness(beam.rest, beam.mesh.tets, beam.mesh.X, beam.state.plastic_strain, Tangent::fixed_rotation);
   Eigen::VectorXd f = Eigen::VectorXd::Zero(K.rows());
   std::vector<int> tip;
   for (int i = 0; i < beam.mesh.node_count(); ++i) {
@@ -35,9 +36,11 @@ double cantilever_ratio(double poisson) {
 }
 
 std::vector<Mode> free_modes(const SoftTrial& trial, int count) {
-  const Eigen::MatrixXd K = tangent_stiffness(trial.rest, trial.mesh.tets, trial.mesh.X, trial.state.plastic_strain, Tangent::fixed_rotation);
+  const Eigen::MatrixXd K =
+      tangent_stiffness(trial.rest, trial.mesh.tets, trial.mesh.X, trial.state.plastic_strain, Tangent::fixed_rotation);
   Eigen::VectorXd root(K.rows());
-  for (int i = 0; i < trial.mesh.node_count(); ++i) root.segment<3>(3 * i).setConstant(1 / std::sqrt(trial.rest.node_mass[i]));
+  for (int i = 0; i < trial.mesh.node_count(); ++i)
+    root.segment<3>(3 * i).setConstant(1 / std::sqrt(trial.rest.node_mass[i]));
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(root.asDiagonal() * K * root.asDiagonal());
   std::vector<Mode> modes;
   for (int k = 0; k < count; ++k) {

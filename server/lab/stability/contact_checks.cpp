@@ -22,7 +22,8 @@ Outcome mass_ratio(const Method& method, const Effort& effort) {
     sound = sound && result.sound;
     stands = stands && !result.fell && result.inverted == 0;
     worst = std::max(worst, result.penetration);
-    found += text(" ", ratio, ": ", 100 * result.penetration, result.fell ? " (sunk or fallen)" : "", result.inverted > 0 ? " (inverted)" : "", ";");
+    found += text(" ", ratio, ": ", 100 * result.penetration, result.fell ? " (sunk or fallen)" : "",
+                  result.inverted > 0 ? " (inverted)" : "", ";");
   }
   return judged(sound, stands && worst < 0.05, worst, found);
 }
@@ -41,8 +42,8 @@ Outcome tunnelling(const Method& method, const Effort& effort) {
     sound = sound && a.sound && b.sound;
     rebound = std::max({rebound, a.rebound, b.rebound});
   }
-  const std::string found = text("of ", phases, " shots at 1000 m/s a cube passes ", cube, ", a disc of 1 cm face-on ", disc, "; rebound up to ", rebound,
-                                 " of the speed");
+  const std::string found = text("of ", phases, " shots at 1000 m/s a cube passes ", cube, ", a disc of 1 cm face-on ",
+                                 disc, "; rebound up to ", rebound, " of the speed");
   if (sound && cube + disc > 0) return {Verdict::fails, (cube + disc) / (2.0 * phases), found};
   return judged(sound, rebound < 1, rebound, found);
 }
@@ -58,16 +59,18 @@ Outcome deep_overlap(const Method& method, const Effort&) {
     return true;
   });
   const double apart = (trial.centre(b) - trial.centre(a)).cwiseAbs().maxCoeff();
-  return judged(trial.sound(), fastest < 2 && trial.inverted() == 0, fastest,
-                text("fastest ", fastest, " m/s; ", apart > 0.95 ? "the cubes part" : text("centres ", apart, " m apart after 4 s: they stay overlapped"), "; ",
-                     trial.inverted(), " inverted"));
+  return judged(
+      trial.sound(), fastest < 2 && trial.inverted() == 0, fastest,
+      text("fastest ", fastest, " m/s; ",
+           apart > 0.95 ? "the cubes part" : text("centres ", apart, " m apart after 4 s: they stay overlapped"), "; ",
+           trial.inverted(), " inverted"));
 }
 
 struct Rest {
   bool sound = true;
-  double rms = 0;        // largest after 5 s [m/s]
-  double flips = 0;      // sign changes of a body's vertical velocity above 0.1 mm/s [1/s]
-  double drift = 0;      // of the top block from where it was at 5 s [m]
+  double rms = 0;    // largest after 5 s [m/s]
+  double flips = 0;  // sign changes of a body's vertical velocity above 0.1 mm/s [1/s]
+  double drift = 0;  // of the top block from where it was at 5 s [m]
 };
 
 Rest rest(const Method& method, int count, double young, double seconds) {
@@ -98,11 +101,12 @@ Rest rest(const Method& method, int count, double young, double seconds) {
 
 Outcome resting(const Method& method, const Effort& effort) {
   const int high = method.contact.rigid ? 10 : 5;
-  const Rest block = rest(method, 1, 1e6, effort.brief ? 8 : 60), stack = rest(method, high, 1e8, effort.brief ? 7 : 20);
+  const Rest block = rest(method, 1, 1e6, effort.brief ? 8 : 60),
+             stack = rest(method, high, 1e8, effort.brief ? 7 : 20);
   const double worst = std::max(block.rms, stack.rms);
   return judged(block.sound && stack.sound, worst < 1e-3 && stack.flips < 1 && block.flips < 1, worst,
-                text("rms speed of a block ", 1000 * block.rms, " mm/s, of a stack of ", high, " ", 1000 * stack.rms, " mm/s, top flips ", stack.flips,
-                     " times a second and drifts ", 1000 * stack.drift, " mm"));
+                text("rms speed of a block ", 1000 * block.rms, " mm/s, of a stack of ", high, " ", 1000 * stack.rms,
+                     " mm/s, top flips ", stack.flips, " times a second and drifts ", 1000 * stack.drift, " mm"));
 }
 
 Outcome creep_sink(const Method& method, const Effort& effort) {
@@ -142,7 +146,8 @@ Outcome slope(const Method& method, const Effort& effort) {
   steep.run(1);
   const double slid = slides.centre(slides.blocks[0]).x(), a = steep.velocity(steep.blocks[0]).x() - v;
   return judged(holds.sound() && slides.sound() && steep.sound(), drift < 1e-3 && slid > 0.1, drift,
-                text("at 26.0 degrees drifts ", 1000 * drift, " mm in 10 s; at 27.1 slides ", slid, " m in 3 s; at 30 accelerates ", a, " m/s^2 (0.657)"));
+                text("at 26.0 degrees drifts ", 1000 * drift, " mm in 10 s; at 27.1 slides ", slid,
+                     " m in 3 s; at 30 accelerates ", a, " m/s^2 (0.657)"));
 }
 
 Outcome wake(const Method& method, const Effort& effort) {
@@ -155,7 +160,8 @@ Outcome wake(const Method& method, const Effort& effort) {
   trial.run(2);
   const double quiet = trial.energy();
   const double mass = 1000 * 0.125, push = 2 * mass;  // 2 m/s
-  (void)trial.world->submit(sim::ApplyImpulse{.body = trial.blocks[0], .impulse = {push, 0, 0}, .point = trial.centre(trial.blocks[0]), .radius = 1});
+  (void)trial.world->submit(sim::ApplyImpulse{
+      .body = trial.blocks[0], .impulse = {push, 0, 0}, .point = trial.centre(trial.blocks[0]), .radius = 1});
   trial.run(trial.scene.dt);
   const double poked = std::max(trial.energy(), quiet);
   double highest = poked;
@@ -167,25 +173,60 @@ Outcome wake(const Method& method, const Effort& effort) {
   bool airborne = false;
   for (const BodyId body : trial.blocks) airborne = airborne || trial.lowest(body) > 0.02;
   return judged(trial.sound(), gain < 0.01 && !airborne, gain,
-                text("energy rises by ", 100 * gain, " % of the poke's at most; ", airborne ? "a block hangs in the air" : "no block hangs in the air"));
+                text("energy rises by ", 100 * gain, " % of the poke's at most; ",
+                     airborne ? "a block hangs in the air" : "no block hangs in the air"));
 }
 
 }  // namespace
 
 std::vector<Row> contact_rows() {
-  const Missing heuristic{"friction by the paper's heuristic", "F_n = M G mu r_y alpha of the composite island, as an option"};
+  const Missing heuristic{"friction by the paper's heuristic",
+                          "F_n = M G mu r_y alpha of the composite island, as an option"};
   return {
-      {16, "Mass ratio to 1e4 : 1", "A block of 10 to 1e4 times the density on a light one, E = 1e9, 3 s", "bounded, stands, overlap < 5 % of the thickness", Family::contact, mass_ratio, 3,
+      {16,
+       "Mass ratio to 1e4 : 1",
+       "A block of 10 to 1e4 times the density on a light one, E = 1e9, 3 s",
+       "bounded, stands, overlap < 5 % of the thickness",
+       Family::contact,
+       mass_ratio,
+       3,
        {{"glued bodies", "ties or joints between bodies"}}},
-      {18, "Tunnelling at 1000 m/s", "A cube of 1 m and a disc of 1 x 0.01 m face-on against a fixed plate of 1 cm, dt = 1/60 s, ten phases of the step", "never ends on the far side",
-       Family::contact, tunnelling, 1, {{"continuous collision detection", "time of impact for soft bodies; a fast spin is not looked at"}}},
-      {19, "Initial deep overlap", "Two cubes of 1 m overlapping by half, no gravity, 4 s", "fastest < 2 m/s, nothing inverted; damping contact never parts them", Family::contact, deep_overlap, 1},
-      {20, "Resting jitter", "A block for 60 s; a stack of five soft (E = 1e8) or ten rigid cubes for 20 s", "after 5 s rms speed < 1 mm/s, vertical velocity flips < 1/s", Family::contact, resting, 20,
+      {18,
+       "Tunnelling at 1000 m/s",
+       "A cube of 1 m and a disc of 1 x 0.01 m face-on against a fixed plate of 1 cm, dt = 1/60 s, ten phases of the "
+       "step",
+       "never ends on the far side",
+       Family::contact,
+       tunnelling,
+       1,
+       {{"continuous collision detection", "time of impact for soft bodies; a fast spin is not looked at"}}},
+      {19, "Initial deep overlap", "Two cubes of 1 m overlapping by half, no gravity, 4 s",
+       "fastest < 2 m/s, nothing inverted; damping contact never parts them", Family::contact, deep_overlap, 1},
+      {20,
+       "Resting jitter",
+       "A block for 60 s; a stack of five soft (E = 1e8) or ten rigid cubes for 20 s",
+       "after 5 s rms speed < 1 mm/s, vertical velocity flips < 1/s",
+       Family::contact,
+       resting,
+       20,
        {{"islands that sleep", "a body at rest is stepped for ever"}}},
-      {21, "Creep sink", "A block of 1 m^3 and 1000 kg on the ground; its sinking from 2 to 8 s", "< 1 mm in a minute", Family::contact, creep_sink, 2},
-      {22, "Friction on a slope", "mu = 0.5 (26.57 degrees): 26.0 and 27.1 degrees, and 30 for the acceleration", "drift < 1 mm in 10 s at 26.0; slides at 27.1", Family::contact, slope, 6,
+      {21, "Creep sink", "A block of 1 m^3 and 1000 kg on the ground; its sinking from 2 to 8 s", "< 1 mm in a minute",
+       Family::contact, creep_sink, 2},
+      {22,
+       "Friction on a slope",
+       "mu = 0.5 (26.57 degrees): 26.0 and 27.1 degrees, and 30 for the acceleration",
+       "drift < 1 mm in 10 s at 26.0; slides at 27.1",
+       Family::contact,
+       slope,
+       6,
        {heuristic, {"PID static friction", "the paper's controller; contact remembers tangential impulses instead"}}},
-      {28, "Island merge, wake", "A chain of 20 blocks 1 mm apart, settled, the first pushed to 2 m/s", "no energy gain, no block left in the air", Family::contact, wake, 5,
+      {28,
+       "Island merge, wake",
+       "A chain of 20 blocks 1 mm apart, settled, the first pushed to 2 m/s",
+       "no energy gain, no block left in the air",
+       Family::contact,
+       wake,
+       5,
        {{"islands that sleep", "nothing sleeps, so nothing can be woken wrongly"}}},
   };
 }

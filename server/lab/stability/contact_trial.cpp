@@ -35,7 +35,8 @@ BodyId ContactTrial::add_block(const BlockOptions& block) {
     body.model = model;
   } else {
     sim::FemModel model;
-    model.mesh = std::make_shared<sim::TetMesh>(*authoring::centred_box_mesh(block.size, block.cells, authoring::Lattice::kuhn));
+    model.mesh =
+        std::make_shared<sim::TetMesh>(*authoring::centred_box_mesh(block.size, block.cells, authoring::Lattice::kuhn));
     model.material.young = block.young;
     model.material.density = block.density;
     model.material.friction = friction;
@@ -101,7 +102,8 @@ double ContactTrial::lowest(BodyId body) const {
     return std::ranges::min_element(view.x, {}, [](const Vec3& x) { return x.y(); })->y();
   }
   const Pose pose = world->pose(body);
-  const Vec3 half = std::get<sim::Box>(std::get<sim::RigidModel>(scene.bodies[body].model).shapes[0].shape).half_extents;
+  const Vec3 half =
+      std::get<sim::Box>(std::get<sim::RigidModel>(scene.bodies[body].model).shapes[0].shape).half_extents;
   return pose.p_WB.y() - pose.R_WB.toRotationMatrix().row(1).cwiseAbs().dot(half);
 }
 
@@ -139,16 +141,18 @@ void push_by_penalty(ContactTrial& trial) {
   }
   for (const BodyId body : trial.plates) {
     const auto& model = std::get<sim::RigidModel>(trial.scene.bodies[body].model);
-    const sim::TetMesh box = *authoring::centred_box_mesh(2 * std::get<sim::Box>(model.shapes[0].shape).half_extents, {1, 1, 1},
-                                                          authoring::Lattice::kuhn);
+    const sim::TetMesh box = *authoring::centred_box_mesh(2 * std::get<sim::Box>(model.shapes[0].shape).half_extents,
+                                                          {1, 1, 1}, authoring::Lattice::kuhn);
     meshes.push_back(sim::contact::make_collision_mesh(box.tets, box.X, {}));
     plate_nodes.emplace_back();
     for (const Vec3& X : box.X) plate_nodes.back().push_back(trial.scene.bodies[body].pose * X);
   }
   std::vector<sim::contact::CollisionBody> bodies;
-  for (std::size_t k = 0; k < views.size(); ++k) bodies.push_back({.mesh = &meshes[k], .x = views[k].x, .v = views[k].v});
+  for (std::size_t k = 0; k < views.size(); ++k)
+    bodies.push_back({.mesh = &meshes[k], .x = views[k].x, .v = views[k].v});
   for (std::size_t k = 0; k < plate_nodes.size(); ++k)
-    bodies.push_back({.mesh = &meshes[views.size() + k], .x = plate_nodes[k], .rigid = sim::contact::RigidMotion{.movable = false}});
+    bodies.push_back(
+        {.mesh = &meshes[views.size() + k], .x = plate_nodes[k], .rigid = sim::contact::RigidMotion{.movable = false}});
   std::vector<sim::contact::CollisionPlane> planes;
   if (trial.ground) planes.push_back({});
 
@@ -158,7 +162,8 @@ void push_by_penalty(ContactTrial& trial) {
     const Vec3 impulse = dt * kPressure * std::max(0.0, row.depth) * row.area * row.normal;
     for (const auto& side : row.sides)
       for (int k = 0; k < side.node_count; ++k)
-        (void)trial.world->submit(sim::ApplyNodeImpulse{trial.blocks[side.body], {side.nodes[k]}, side.weights[k] * impulse});
+        (void)trial.world->submit(
+            sim::ApplyNodeImpulse{trial.blocks[side.body], {side.nodes[k]}, side.weights[k] * impulse});
   }
 }
 
@@ -187,13 +192,17 @@ HeavyOnLight heavy_on_light(const ContactMethod& method, double ratio, double dt
   return result;
 }
 
-Shot shot_at_plate(const ContactMethod& method, const Vec3& size, double speed, double thickness, double dt, double phase) {
+Shot shot_at_plate(const ContactMethod& method, const Vec3& size, double speed, double thickness, double dt,
+                   double phase) {
   ContactTrial trial(method, dt);
   trial.scene.gravity.setZero();
   trial.add_plate({4, thickness, 4}, {0, -thickness / 2, 0});
   const double way = speed * dt;
-  const BodyId block = trial.add_block({.size = size, .centre = {0, size.y() / 2 + 0.01 + (1 + phase) * way, 0},
-                                        .velocity = {0, -speed, 0}, .cells = {2, size.y() < 0.1 * size.x() ? 1 : 2, 2}, .young = 1e7});
+  const BodyId block = trial.add_block({.size = size,
+                                        .centre = {0, size.y() / 2 + 0.01 + (1 + phase) * way, 0},
+                                        .velocity = {0, -speed, 0},
+                                        .cells = {2, size.y() < 0.1 * size.x() ? 1 : 2, 2},
+                                        .young = 1e7});
   trial.start();
   Shot shot;
   trial.run(std::max(10 * dt, std::min(0.5, 4 / speed)) + 4 * dt, [&](const sim::StepReport&) {

@@ -19,9 +19,9 @@ class ContactTrial {
  public:
   explicit ContactTrial(const ContactMethod& method, double dt = 1.0 / 60);
 
-  BodyId add_block(const BlockOptions& block);            // soft, or a rigid box where the method says so
-  BodyId add_plate(const Vec3& size, const Vec3& centre); // fixed rigid box
-  void add_ground();                                      // y < 0 is solid
+  BodyId add_block(const BlockOptions& block);             // soft, or a rigid box where the method says so
+  BodyId add_plate(const Vec3& size, const Vec3& centre);  // fixed rigid box
+  void add_ground();                                       // y < 0 is solid
   void start();
 
   sim::StepReport step();
@@ -39,17 +39,17 @@ class ContactTrial {
   ContactMethod method;
   sim::SceneDescription scene;
   double friction = 0.5;
-  double solver_tolerance = 1e-4;       // rest is judged in mm/s: ten times tighter than the default
+  double solver_tolerance = 1e-4;  // rest is judged in mm/s: ten times tighter than the default
   std::unique_ptr<sim::World> world;
   bool frozen = false;
-  double worst_penetration = 0;         // of the last run [m]
-  int capped = 0;                       // solves of the last run
+  double worst_penetration = 0;  // of the last run [m]
+  int capped = 0;                // solves of the last run
   std::vector<BodyId> blocks, plates;
   bool ground = false;
 };
 
-// Pressure proportional to the overlap's depth, 1e6 Pa/m, as forces at the start of the step: the classic penalty method.
-// Without friction.
+// Pressure proportional to the overlap's depth, 1e6 Pa/m, as forces at the start of the step: the classic penalty
+// method. Without friction.
 void push_by_penalty(ContactTrial& trial);
 
 // A light block (100 kg) on the ground under one of `ratio` times its density, E = 1e9.
@@ -57,9 +57,10 @@ struct HeavyOnLight {
   bool sound = false;
   double penetration = 0;  // deepest overlap in the last third, of the block's thickness [-]
   double speed = 0;        // largest rms speed of a block in the last third [m/s]
-  double energy_rise = 0;  // largest rise of the total energy over one step in the last third, of m g h of the heavy block [-]
+  double energy_rise =
+      0;  // largest rise of the total energy over one step in the last third, of m g h of the heavy block [-]
   int inverted = 0;
-  bool fell = false;       // the heavy block is not above the light one any more
+  bool fell = false;  // the heavy block is not above the light one any more
 };
 HeavyOnLight heavy_on_light(const ContactMethod& method, double ratio, double dt, double seconds);
 
@@ -71,6 +72,7 @@ struct Shot {
   double penetration = 0;  // deepest point behind the near face at the end [m]
 };
 // phase: part of a step's way by which the start is shifted, so that the plate is met at any point of a step [-].
-Shot shot_at_plate(const ContactMethod& method, const Vec3& size, double speed, double thickness, double dt, double phase);
+Shot shot_at_plate(const ContactMethod& method, const Vec3& size, double speed, double thickness, double dt,
+                   double phase);
 
 }  // namespace crumple::lab::stability

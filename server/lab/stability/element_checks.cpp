@@ -16,7 +16,7 @@ namespace {
 
 using sim::fem::FemMaterial;
 
-constexpr double kDt = 1.0 / 60;   // [s]
+constexpr double kDt = 1.0 / 60;     // [s]
 constexpr double kRecovered = 0.01;  // [m] on a cube of 1 m
 
 // The worst of several trials of one row.
@@ -34,7 +34,8 @@ struct Worst {
   // Tets that stay inverted are the failure itself, whatever else is well.
   Outcome outcome(const std::string& more = "") const {
     if (!sound) return judged(false, false, tets, "not finite or unbounded" + more);
-    const std::string found = text(inverted, " of ", tets, " tets stay inverted, shape error ", 100 * shape, " % of the side", more);
+    const std::string found =
+        text(inverted, " of ", tets, " tets stay inverted, shape error ", 100 * shape, " % of the side", more);
     if (inverted > 0) return {Verdict::fails, static_cast<double>(inverted), found};
     return judged(true, shape < kRecovered, shape, found);
   }
@@ -61,7 +62,8 @@ Outcome inverted_elements(const Method& method, const Effort& effort) {
     worst.sound = worst.sound && trial.sound();
     kinetic_left = std::max(kinetic_left, trial.kinetic() / largest);
   }
-  Outcome outcome = worst.outcome(text("; kinetic energy left after ", effort.brief ? 4 : 10, " s ", 100 * kinetic_left, " %"));
+  Outcome outcome =
+      worst.outcome(text("; kinetic energy left after ", effort.brief ? 4 : 10, " s ", 100 * kinetic_left, " %"));
   if (outcome.verdict == Verdict::pass && kinetic_left > 0.05) outcome.verdict = Verdict::limit;
   return outcome;
 }
@@ -116,8 +118,9 @@ Outcome branch_jump(const Method& method, const Effort& effort) {
   const double seconds = 2.5;
   trial.run(seconds, 1e-3);
   const int inverted = trial.sound() ? trial.inverted() : trial.mesh.tet_count();
-  const std::string found = text("Q jumps by ", jump, " degrees while det F falls by 0.1 %; scrambled cube at dt = 1 ms: ", inverted,
-                                 " of ", trial.mesh.tet_count(), " tets inverted after ", seconds, " s");
+  const std::string found =
+      text("Q jumps by ", jump, " degrees while det F falls by 0.1 %; scrambled cube at dt = 1 ms: ", inverted, " of ",
+           trial.mesh.tet_count(), " tets inverted after ", seconds, " s");
   if (trial.sound() && inverted > 0) return {Verdict::fails, static_cast<double>(inverted), found};
   return judged(trial.sound(), jump < 5, jump, found);
 }
@@ -158,8 +161,8 @@ Outcome ghost_torque(const Method& method, const Effort& effort) {
     if (effort.brief && difference > 0.5) break;
   }
   return judged(sound, difference < 0.05, difference,
-                text("a block squeezed to 4 % in 24 orientations opens ", 100 * difference, " % of its side differently; spin up to ", spin,
-                     " rad/s"));
+                text("a block squeezed to 4 % in 24 orientations opens ", 100 * difference,
+                     " % of its side differently; spin up to ", spin, " rad/s"));
 }
 
 Outcome compression(const Method& method, const Effort& effort) {
@@ -191,8 +194,8 @@ Outcome stretch(const Method& method, const Effort& effort) {
   trial.run(effort.brief ? 5 : 20, kDt);
   const double left = trial.energy() / start, gained = trial.largest_energy / start;
   const int inverted = trial.inverted();
-  const std::string found = text("energy left ", left, " of the start's, never above ", gained, " of it; ", inverted, " inverted, spin ",
-                                 trial.spin(), " rad/s");
+  const std::string found = text("energy left ", left, " of the start's, never above ", gained, " of it; ", inverted,
+                                 " inverted, spin ", trial.spin(), " rad/s");
   if (trial.sound() && inverted > 0) return {Verdict::fails, static_cast<double>(inverted), found};
   return judged(trial.sound(), gained < 1 + 1e-9 && left < 1e-3, left, found);
 }
@@ -209,14 +212,16 @@ Outcome stiffness(const Method& method, const Effort& effort) {
     scramble(trial, 2);
     trial.run(std::max(2.0, 10 * std::sqrt(material.density / young)), kDt);  // ten times that a wave needs through it
     const bool well = trial.sound() && trial.inverted() == 0;
-    if (well) highest = young;
-    else broken += text(" ", young);
+    if (well)
+      highest = young;
+    else
+      broken += text(" ", young);
     sound = sound && trial.sound();
     if (trial.sound()) worst_residual = std::max(worst_residual, trial.worst_residual);
     capped += trial.capped;
   }
-  const std::string found = text("recovers up to E = ", highest, " Pa", broken.empty() ? "" : "; not at E =" + broken, "; worst residual ",
-                                 worst_residual, ", ", capped, " capped solves");
+  const std::string found = text("recovers up to E = ", highest, " Pa", broken.empty() ? "" : "; not at E =" + broken,
+                                 "; worst residual ", worst_residual, ", ", capped, " capped solves");
   if (sound && !broken.empty()) return {Verdict::fails, 1, found};
   return judged(sound, capped == 0, capped, found);
 }
@@ -237,8 +242,9 @@ Outcome incompressibility(const Method& method, const Effort& effort) {
     worst = std::max(worst, 1 - ratio);
     locking += text(" ", nu, ": ", ratio);
   }
-  const std::string found = text(broken.empty() ? "every scramble recovers" : "scramble does not recover at nu =" + broken,
-                                 "; tip of a slender beam over beam theory, nu:", locking);
+  const std::string found =
+      text(broken.empty() ? "every scramble recovers" : "scramble does not recover at nu =" + broken,
+           "; tip of a slender beam over beam theory, nu:", locking);
   if (sound && !broken.empty()) return {Verdict::fails, 1, found};
   return judged(sound, worst < 0.2, worst, found);
 }
@@ -274,22 +280,43 @@ Outcome slivers(const Method& method, const Effort& effort) {
 
 std::vector<Row> element_rows() {
   return {
-      {1, "Inverted elements", "Cube of 4^3 x 6 tets, every vertex random in its box (three seeds) and in three times its box; E = 1e5, nu = 0.3, dt = 1/60 s",
-       "0 inverted and shape error < 1 % within 120 steps, then kinetic energy to 0", Family::fem, inverted_elements, 6},
-      {2, "Reflection taken for rest (det Q < 0)", "The cube mirrored, x to 1 - x", "un-mirrors: 0 inverted, shape error < 1 %", Family::fem, reflection, 0.7},
-      {3, "Collapse to a plane, a line, a point", "X diag(1,1,0), (1,0,0), 0, exact and with 1e-6 m of noise", "as row 1", Family::fem, collapse, 3},
-      {4, "Jump between polar and QR at 6 % volume", "det F swept through 0.06 for 400 random F; a scrambled cube at dt = 1/1000 s for 2.5 s",
+      {1, "Inverted elements",
+       "Cube of 4^3 x 6 tets, every vertex random in its box (three seeds) and in three times its box; E = 1e5, nu = "
+       "0.3, dt = 1/60 s",
+       "0 inverted and shape error < 1 % within 120 steps, then kinetic energy to 0", Family::fem, inverted_elements,
+       6},
+      {2, "Reflection taken for rest (det Q < 0)", "The cube mirrored, x to 1 - x",
+       "un-mirrors: 0 inverted, shape error < 1 %", Family::fem, reflection, 0.7},
+      {3, "Collapse to a plane, a line, a point", "X diag(1,1,0), (1,0,0), 0, exact and with 1e-6 m of noise",
+       "as row 1", Family::fem, collapse, 3},
+      {4, "Jump between polar and QR at 6 % volume",
+       "det F swept through 0.06 for 400 random F; a scrambled cube at dt = 1/1000 s for 2.5 s",
        "Q turns by < 5 degrees a sample; nothing stays inverted", Family::fem, branch_jump, 5},
-      {5, "QR bias, ghost torque", "A block squeezed to 4 % of its volume and released, in 24 orientations", "the result turns with the block within 5 %; spin is reported",
-       Family::fem, ghost_torque, 1},
-      {6, "90 % compression and release", "Plates squeeze the cube to 10 % in a second and open in a second", "shape back within 1 %", Family::fem, compression, 2},
-      {7, "100 x stretch and release", "X diag(100,1,1), 20 s", "nothing inverted, energy never above the start's and < 0.1 % of it at the end", Family::fem, stretch, 4},
-      {8, "Stiffness", "The scrambled cube, E = 1e3 to 1e11 Pa, dt = 1/60 s, for ten passes of a wave", "bounded, nothing inverted, no solve ends at its cap", Family::fem, stiffness, 4,
+      {5, "QR bias, ghost torque", "A block squeezed to 4 % of its volume and released, in 24 orientations",
+       "the result turns with the block within 5 %; spin is reported", Family::fem, ghost_torque, 1},
+      {6, "90 % compression and release", "Plates squeeze the cube to 10 % in a second and open in a second",
+       "shape back within 1 %", Family::fem, compression, 2},
+      {7, "100 x stretch and release", "X diag(100,1,1), 20 s",
+       "nothing inverted, energy never above the start's and < 0.1 % of it at the end", Family::fem, stretch, 4},
+      {8,
+       "Stiffness",
+       "The scrambled cube, E = 1e3 to 1e11 Pa, dt = 1/60 s, for ten passes of a wave",
+       "bounded, nothing inverted, no solve ends at its cap",
+       Family::fem,
+       stiffness,
+       4,
        {{"float32 alarm", "a warning where float_solver meets a condition number above 1e6"}}},
-      {9, "nu towards 0.5", "The scrambled cube, nu = 0.3 to 0.4999; a slender beam's tip over beam theory (1: no locking)", "bounded, nothing inverted; locking below 20 %",
-       Family::fem, incompressibility, 3, {{"mixed u-p or F-bar elements", "an element that does not lock"}, {"quadratic tets", "an element that does not lock"}}},
-      {11, "Slivers", "The scrambled cube with one tet squashed to 1e-4, 1e-8, 0 and -0.1 of its height", "zero and negative volume refused at load; else as row 1 without inversion",
-       Family::fem, slivers, 2},
+      {9,
+       "nu towards 0.5",
+       "The scrambled cube, nu = 0.3 to 0.4999; a slender beam's tip over beam theory (1: no locking)",
+       "bounded, nothing inverted; locking below 20 %",
+       Family::fem,
+       incompressibility,
+       3,
+       {{"mixed u-p or F-bar elements", "an element that does not lock"},
+        {"quadratic tets", "an element that does not lock"}}},
+      {11, "Slivers", "The scrambled cube with one tet squashed to 1e-4, 1e-8, 0 and -0.1 of its height",
+       "zero and negative volume refused at load; else as row 1 without inversion", Family::fem, slivers, 2},
   };
 }
 

@@ -27,9 +27,11 @@ Outcome strong_and_narrow(const Method& method, const Effort& effort) {
   trial.parameters.alpha *= 100;
   trial.parameters.gamma = 1.01 * trial.shortest_edge();
   const Battered result = batter(trial, 200, effort.brief ? 30 : 100);
-  return judged(result.finite && result.simplex_error < 1e-9, result.simplex_error < kSimplex && result.inverted == 0, result.inverted,
-                text(result.inverted, " of ", trial.rest.set->mesh.tet_count(), " tets of the skin inverted, strongest move ", result.jump,
-                     " m in a step; rows of E sum to 1 within ", result.simplex_error));
+  return judged(
+      result.finite && result.simplex_error < 1e-9, result.simplex_error < kSimplex && result.inverted == 0,
+      result.inverted,
+      text(result.inverted, " of ", trial.rest.set->mesh.tet_count(), " tets of the skin inverted, strongest move ",
+           result.jump, " m in a step; rows of E sum to 1 within ", result.simplex_error));
 }
 
 Outcome large_turns(const Method& method, const Effort& effort) {
@@ -59,7 +61,8 @@ Outcome large_turns(const Method& method, const Effort& effort) {
     found += text(" ", degrees, ": ", worst, ";");
   }
   return judged(finite, jump < 0.01 && sign_error < 1e-9, std::max(jump, sign_error),
-                text("move of a corner [m] for 0.001 of E, examples at", found, " stored with other signs it differs by ", sign_error, " m"));
+                text("move of a corner [m] for 0.001 of E, examples at", found,
+                     " stored with other signs it differs by ", sign_error, " m"));
 }
 
 Outcome orthogonal(const Method& method, const Effort&) {
@@ -81,7 +84,8 @@ Outcome orthogonal(const Method& method, const Effort&) {
   }
   const bool scale_free = most <= (1 + 1e-6) * least;
   return judged(finite, leak == 0 && scale_free, scale_free ? leak : 1,
-                text("perpendicular impulse: |de| = ", leak, "; a displacement of 1e-5 sizes at scales 1e-3, 1, 1e3 gives |de| from ", least, " to ", most));
+                text("perpendicular impulse: |de| = ", leak,
+                     "; a displacement of 1e-5 sizes at scales 1e-3, 1, 1e3 gives |de| from ", least, " to ", most));
 }
 
 Outcome over_complete(const Method& method, const Effort& effort) {
@@ -96,14 +100,15 @@ Outcome over_complete(const Method& method, const Effort& effort) {
     finite = finite && result.finite;
     simplex = std::max(simplex, result.simplex_error);
     inverted = std::max(inverted, result.inverted);
-    for (int e = 1; e + 1 < count; e += 2) difference = std::max(difference, (trial.state.E.col(e) - trial.state.E.col(e + 1)).cwiseAbs().maxCoeff());
+    for (int e = 1; e + 1 < count; e += 2)
+      difference = std::max(difference, (trial.state.E.col(e) - trial.state.E.col(e + 1)).cwiseAbs().maxCoeff());
   }
   ExampleTrial none(bar_set({}), method.example);
   const Battered alone = batter(none, 100, 10);
   finite = finite && alone.finite && alone.jump < 1e-9;
   return judged(finite && simplex < 1e-9, difference < 1e-9, difference,
-                text("3, 6 and 20 examples in twins: twins' weights differ by ", difference, ", rows sum to 1 within ", simplex, ", ", inverted,
-                     " tets inverted; without examples nothing moves"));
+                text("3, 6 and 20 examples in twins: twins' weights differ by ", difference, ", rows sum to 1 within ",
+                     simplex, ", ", inverted, " tets inverted; without examples nothing moves"));
 }
 
 Outcome near_singular(const Method& method, const Effort&) {
@@ -120,7 +125,8 @@ Outcome near_singular(const Method& method, const Effort&) {
     finite = finite && de.allFinite();
     amplified = std::max(amplified, de.norm() / dx.norm());
   }
-  return judged(finite, amplified <= 20, amplified, text("|de| up to ", amplified, " |dx| where J's singular values are 1, s, s^2 with s down to 1e-12"));
+  return judged(finite, amplified <= 20, amplified,
+                text("|de| up to ", amplified, " |dx| where J's singular values are 1, s, s^2 with s down to 1e-12"));
 }
 
 Outcome distance_weights_bounded(const Method&, const Effort&) {
@@ -147,7 +153,8 @@ Outcome distance_weights_bounded(const Method&, const Effort&) {
   const bool refused = !sim::validate(flipped, "mesh");
   const double outside = std::max({0.0, -low, high - 1, sum});
   return judged(finite && refused, outside < 1e-9, outside,
-                text("distance weights and handle weights lie in [", low, ", ", high, "], rows sum to 1 within ", sum, "; 5 % flipped tets are ", refused ? "refused" : "taken"));
+                text("distance weights and handle weights lie in [", low, ", ", high, "], rows sum to 1 within ", sum,
+                     "; 5 % flipped tets are ", refused ? "refused" : "taken"));
 }
 
 Outcome feedback(const Method& method, const Effort& effort) {
@@ -181,36 +188,56 @@ Outcome feedback(const Method& method, const Effort& effort) {
     if (k == 0) start = energy;
     highest = std::max(highest, energy);
     const bool deep = report.worst_penetration > 0.01;
-    if (!deep) deep_since = -1;
-    else if (deep_since < 0) deep_since = world->time();
-    else longest = std::max(longest, world->time() - deep_since);
+    if (!deep)
+      deep_since = -1;
+    else if (deep_since < 0)
+      deep_since = world->time();
+    else
+      longest = std::max(longest, world->time() - deep_since);
     for (const sim::Event& event : world->take_events()) sound = sound && event.kind != sim::EventKind::frozen;
   }
-  for (const BodyId body : {1u, 2u}) sound = sound && world->pose(body).p_WB.allFinite() && world->pose(body).p_WB.norm() < 100;
+  for (const BodyId body : {1u, 2u})
+    sound = sound && world->pose(body).p_WB.allFinite() && world->pose(body).p_WB.norm() < 100;
   const double gain = highest / start - 1;
   return judged(sound, longest < 0.5 && gain < 0.01, longest,
-                text(dents, " dents; overlap above 1 cm lasts ", longest, " s at most; energy rises by ", 100 * std::max(0.0, gain), " %"));
+                text(dents, " dents; overlap above 1 cm lasts ", longest, " s at most; energy rises by ",
+                     100 * std::max(0.0, gain), " %"));
 }
 
-Outcome not_there(const Method&, const Effort&) { return missing("joints between bodies and prescored constraints (Jones et al. 2016, section 5)"); }
+Outcome not_there(const Method&, const Effort&) {
+  return missing("joints between bodies and prescored constraints (Jones et al. 2016, section 5)");
+}
 
 }  // namespace
 
 std::vector<Row> example_rows() {
   return {
-      {29, "alpha large, gamma small", "alpha x 100, kernel of one edge, 100 impacts of 200 N s on a bar of 100 kg", "E in the simplex, finite; inverted tets of the skin counted: 0", Family::example,
-       strong_and_narrow, 1},
-      {30, "QLERP: antipodal, half turns, large examples", "Examples at 90, 180, 270, 350, 359, 540 degrees, stored with random signs, E swept from 0 to 1",
-       "< 0.01 m (of a bar of 1.6 m) for 0.001 of E; the stored sign makes no difference", Family::example, large_turns, 0.3},
-      {31, "Orthogonal impulse, eq. 8", "j perpendicular to every column of J, and one that is not, at scales 1e-3, 1, 1e3", "de = 0; the other's de does not depend on the scale", Family::example,
-       orthogonal, 0.1},
-      {32, "Over-complete examples", "3, 6 and 20 examples, each twice, and none", "bounded; twins share their weight", Family::example, over_complete, 2},
-      {33, "Pseudo-inverse, eq. 9", "J with singular values 1, s, s^2", "|de| <= 20 |dx| for alpha = 1", Family::example, near_singular, 0.1},
-      {34, "Bad input to skinning weights", "A mesh in two parts, a handle 50 m off, two handles in one place, 5 % flipped tets", "weights in [0, 1], rows sum to 1; flipped tets are an error", Family::world,
-       distance_weights_bounded, 0.1, {{"bounded biharmonic weights", "weights so far are those of distance and of Gaussians"}}},
-      {39, "Collision feedback of a dent", "A barrel thrown at 8 m/s on another that stands on the ground, dt = 1/250 s, 4 s", "overlap above 1 cm lasts < 0.5 s, no energy gain", Family::example, feedback,
-       4},
-      {40, "Break storm of joints or prescored constraints", "100 joints break in one step", "finite, within budget", Family::world, not_there, 0.1},
+      {29, "alpha large, gamma small", "alpha x 100, kernel of one edge, 100 impacts of 200 N s on a bar of 100 kg",
+       "E in the simplex, finite; inverted tets of the skin counted: 0", Family::example, strong_and_narrow, 1},
+      {30, "QLERP: antipodal, half turns, large examples",
+       "Examples at 90, 180, 270, 350, 359, 540 degrees, stored with random signs, E swept from 0 to 1",
+       "< 0.01 m (of a bar of 1.6 m) for 0.001 of E; the stored sign makes no difference", Family::example, large_turns,
+       0.3},
+      {31, "Orthogonal impulse, eq. 8",
+       "j perpendicular to every column of J, and one that is not, at scales 1e-3, 1, 1e3",
+       "de = 0; the other's de does not depend on the scale", Family::example, orthogonal, 0.1},
+      {32, "Over-complete examples", "3, 6 and 20 examples, each twice, and none", "bounded; twins share their weight",
+       Family::example, over_complete, 2},
+      {33, "Pseudo-inverse, eq. 9", "J with singular values 1, s, s^2", "|de| <= 20 |dx| for alpha = 1",
+       Family::example, near_singular, 0.1},
+      {34,
+       "Bad input to skinning weights",
+       "A mesh in two parts, a handle 50 m off, two handles in one place, 5 % flipped tets",
+       "weights in [0, 1], rows sum to 1; flipped tets are an error",
+       Family::world,
+       distance_weights_bounded,
+       0.1,
+       {{"bounded biharmonic weights", "weights so far are those of distance and of Gaussians"}}},
+      {39, "Collision feedback of a dent",
+       "A barrel thrown at 8 m/s on another that stands on the ground, dt = 1/250 s, 4 s",
+       "overlap above 1 cm lasts < 0.5 s, no energy gain", Family::example, feedback, 4},
+      {40, "Break storm of joints or prescored constraints", "100 joints break in one step", "finite, within budget",
+       Family::world, not_there, 0.1},
   };
 }
 

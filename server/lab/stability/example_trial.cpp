@@ -43,7 +43,8 @@ std::vector<Pose3> usual_poses() {
 
 Pose3 end_turned(double degrees) { return {BoneTransform{}, BoneTransform{}, turn(degrees, Vec3::UnitX())}; }
 
-ExampleTrial::ExampleTrial(std::shared_ptr<const ExampleSet> set, const ExampleMethod& method_) : method(method_), rest(make_rest(std::move(set))) {
+ExampleTrial::ExampleTrial(std::shared_ptr<const ExampleSet> set, const ExampleMethod& method_)
+    : method(method_), rest(make_rest(std::move(set))) {
   if (!method.aligned)
     for (std::size_t k = 0; k < rest.poses.size(); ++k) rest.poses[k].q *= rest.sign[k];
   parameters.step = method.step;
@@ -73,7 +74,8 @@ double ExampleTrial::simplex_error() const {
 }
 
 bool ExampleTrial::finite() const {
-  return state.E.allFinite() && state.dE.allFinite() && std::ranges::all_of(state.x, [](const Vec3& x) { return x.allFinite(); });
+  return state.E.allFinite() && state.dE.allFinite() &&
+         std::ranges::all_of(state.x, [](const Vec3& x) { return x.allFinite(); });
 }
 
 int ExampleTrial::inverted() const { return inverted_tets(rest, state.x); }
@@ -90,7 +92,8 @@ Battered batter(ExampleTrial& trial, double impulse, int impacts) {
     result.jump = std::max(result.jump, trial.last_move);
   };
   for (int k = 0; k < impacts && result.finite; ++k) {
-    const VertexImpulse hit{.vertex = trial.random_vertex(random.uniform(0, 1)), .impulse = impulse * random.vec3(-1, 1).normalized()};
+    const VertexImpulse hit{.vertex = trial.random_vertex(random.uniform(0, 1)),
+                            .impulse = impulse * random.vec3(-1, 1).normalized()};
     trial.step(std::span(&hit, 1));
     look();
     for (int wait = 0; wait < 4 && result.finite; ++wait) {

@@ -21,10 +21,10 @@ class ExampleTrial {
   void step(std::span<const sim::example_based::VertexImpulse> impulses);
   int random_vertex(double uniform) const;  // of the surface, by a number in [0, 1)
 
-  double simplex_error() const;             // of E's rows; infinite where an entry is outside [0, 1]
+  double simplex_error() const;  // of E's rows; infinite where an entry is outside [0, 1]
   bool finite() const;
-  int inverted() const;                     // tets of the skin
-  double shortest_edge() const;             // of the mesh [m]
+  int inverted() const;          // tets of the skin
+  double shortest_edge() const;  // of the mesh [m]
 
   ExampleMethod method;
   sim::example_based::ExampleRest rest;
@@ -33,7 +33,7 @@ class ExampleTrial {
   sim::example_based::ExampleWorkspace work;
   sim::example_based::StepTimes times;
   sim::ThreadPool pool{1};
-  double mass = 100;  // [kg]
+  double mass = 100;     // [kg]
   double last_move = 0;  // largest move of a vertex in the last step [m]
 };
 
@@ -42,8 +42,8 @@ struct Battered {
   bool finite = true;
   double simplex_error = 0;
   int inverted = 0;
-  double jump = 0;        // largest move of a vertex in one step [m]
-  double last_move = 0;   // in the last step of the rest [m]
+  double jump = 0;       // largest move of a vertex in one step [m]
+  double last_move = 0;  // in the last step of the rest [m]
 };
 Battered batter(ExampleTrial& trial, double impulse, int impacts);
 

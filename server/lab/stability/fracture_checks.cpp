@@ -19,10 +19,10 @@ namespace {
 
 using sim::fem::FemMaterial;
 
-constexpr double kDt = 1.0 / 60;     // [s]
-constexpr double kEdge = 0.1;        // of a cell [m]
-constexpr double kStrength = 1e4;    // [Pa]
-constexpr int kMaxSplits = 20;       // a step
+constexpr double kDt = 1.0 / 60;   // [s]
+constexpr double kEdge = 0.1;      // of a cell [m]
+constexpr double kStrength = 1e4;  // [Pa]
+constexpr int kMaxSplits = 20;     // a step
 
 std::vector<int> nodes_at(const sim::TetMesh& mesh, double x) {
   std::vector<int> nodes;
@@ -66,9 +66,12 @@ Broken pull(const sim::SceneDescription& scene, double seconds) {
     result.most_in_a_step = std::max(result.most_in_a_step, report.splits);
     const sim::Energies e = world->energies();
     const double energy = e.kinetic + e.elastic;
-    if (world->time() < 0.25 + kDt) stopped = std::max(stopped, energy);
-    else largest = std::max(largest, energy);
-    for (const sim::Event& event : world->take_events()) result.sound = result.sound && event.kind != sim::EventKind::frozen;
+    if (world->time() < 0.25 + kDt)
+      stopped = std::max(stopped, energy);
+    else
+      largest = std::max(largest, energy);
+    for (const sim::Event& event : world->take_events())
+      result.sound = result.sound && event.kind != sim::EventKind::frozen;
   }
   const sim::FemView view = world->fem(0);
   result.fragments = view.fragments;
@@ -83,8 +86,11 @@ Outcome cascade(const Method& method, const Effort& effort) {
   std::string found;
   // 1.01 and 10 times the stress that parts the bar: E eps = s.
   for (const double factor : {1.01, 10.0}) {
-    const Broken result = pull(bar(method, cells, {Quat::Identity(), Vec3(8 * kEdge * factor * kStrength / 1e6, 0, 0)}, 1), effort.brief ? 1 : 3);
-    found += text(" pulled to ", factor, " s_c: ", result.splits, " splits (", result.most_in_a_step, " in a step), ", result.fragments, " pieces;");
+    const Broken result =
+        pull(bar(method, cells, {Quat::Identity(), Vec3(8 * kEdge * factor * kStrength / 1e6, 0, 0)}, 1),
+             effort.brief ? 1 : 3);
+    found += text(" pulled to ", factor, " s_c: ", result.splits, " splits (", result.most_in_a_step, " in a step), ",
+                  result.fragments, " pieces;");
     worst.sound = worst.sound && result.sound;
     worst.most_in_a_step = std::max(worst.most_in_a_step, result.most_in_a_step);
     worst.gain = std::max(worst.gain, result.gain);
@@ -95,8 +101,9 @@ Outcome cascade(const Method& method, const Effort& effort) {
   worst.sound = worst.sound && twist.sound;
   worst.most_in_a_step = std::max(worst.most_in_a_step, twist.most_in_a_step);
   worst.gain = std::max(worst.gain, twist.gain);
-  return judged(worst.sound, worst.most_in_a_step <= kMaxSplits && worst.gain < 0.01, worst.gain,
-                text("cap ", kMaxSplits, " a step:", found, " energy rises by ", 100 * worst.gain, " % after the end stopped"));
+  return judged(
+      worst.sound, worst.most_in_a_step <= kMaxSplits && worst.gain < 0.01, worst.gain,
+      text("cap ", kMaxSplits, " a step:", found, " energy rises by ", 100 * worst.gain, " % after the end stopped"));
 }
 
 // Groups of tets of a star that hang together by faces at its node.
@@ -139,7 +146,8 @@ Outcome floaters(const Method&, const Effort& effort) {
     }
     std::vector<sim::fracture::SplitCandidate> list;
     for (const auto& [node, candidate] : candidates) list.push_back(candidate);
-    const auto report = sim::fracture::split_nodes(mesh.tets, state, stars, list, {.seed = 3, .step = static_cast<std::uint64_t>(done)});
+    const auto report = sim::fracture::split_nodes(mesh.tets, state, stars, list,
+                                                   {.seed = 3, .step = static_cast<std::uint64_t>(done)});
     sim::fracture::extend_by_origin(mesh.X, report.origin);
     splits += static_cast<int>(report.splits.size());
     refused += report.refused;
@@ -148,11 +156,12 @@ Outcome floaters(const Method&, const Effort& effort) {
   int joints = 0;
   for (int n = 0; n < stars.node_count(); ++n) joints += groups_at(mesh.tets, stars[n]) > 1;
   double change = 0;
-  for (int t = 0; t < mesh.tet_count(); ++t) change = std::max(change, std::abs(sim::signed_volume(mesh, t) - volume[t]));
+  for (int t = 0; t < mesh.tet_count(); ++t)
+    change = std::max(change, std::abs(sim::signed_volume(mesh, t) - volume[t]));
   const int smallest = std::ranges::min(fragments.size);
   return judged(change == 0, smallest >= sim::fracture::kMinFragmentTets && joints == 0, joints,
-                text(tries, " tries: ", splits, " splits, ", refused, " refused, ", fragments.count(), " pieces, smallest of ", smallest, " tets, ", joints,
-                     " hinges or ball joints; mass exact"));
+                text(tries, " tries: ", splits, " splits, ", refused, " refused, ", fragments.count(),
+                     " pieces, smallest of ", smallest, " tets, ", joints, " hinges or ball joints; mass exact"));
 }
 
 Outcome random_order(const Method& method, const Effort& effort) {
@@ -207,14 +216,16 @@ Outcome large_strain(const Method& method, const Effort& effort) {
     const Vec3 axis(1, 0.1, 0.1);
     for (int i = 0; i < twisted.mesh.node_count(); ++i) {
       if (twisted.mesh.X[i].x() == 0) twisted.prescribed.push_back({i, Vec3::Zero()});
-      if (twisted.mesh.X[i].x() == 1) twisted.prescribed.push_back({i, (R * (twisted.mesh.X[i] - axis) + axis - twisted.state.x[i]) / kDt});
+      if (twisted.mesh.X[i].x() == 1)
+        twisted.prescribed.push_back({i, (R * (twisted.mesh.X[i] - axis) + axis - twisted.state.x[i]) / kDt});
     }
     twisted.run(kDt, kDt);
   }
   measure(twisted);
   // F4: with a plastic strain that is not coaxial the inner forces have a moment.
   Eigen::VectorXd f(3 * twisted.mesh.node_count());
-  sim::fem::elastic_forces(twisted.rest, twisted.mesh.tets, twisted.state.x, twisted.state.plastic_strain, twisted.pool, twisted.scratch.system.elements, f);
+  sim::fem::elastic_forces(twisted.rest, twisted.mesh.tets, twisted.state.x, twisted.state.plastic_strain, twisted.pool,
+                           twisted.scratch.system.elements, f);
   for (int t = 0; t < twisted.mesh.tet_count(); ++t) {
     Vec3 moment = Vec3::Zero();
     double force = 0;
@@ -225,7 +236,8 @@ Outcome large_strain(const Method& method, const Effort& effort) {
     if (force > 1e-3) torque = std::max(torque, moment.norm() / (force / 4 * twisted.rest.mean_edge));
   }
   return judged(sound, largest <= material.max_plastic * (1 + 1e-12), largest,
-                text("largest plastic strain ", largest, " of n = ", material.max_plastic, "; after 720 degrees an element's ghost moment is up to ", torque, " of force times edge, ",
+                text("largest plastic strain ", largest, " of n = ", material.max_plastic,
+                     "; after 720 degrees an element's ghost moment is up to ", torque, " of force times edge, ",
                      twisted.inverted(), " inverted"));
 }
 
@@ -238,7 +250,8 @@ Outcome creep_rate(const Method& method, const Effort&) {
     Mat3 plastic = Mat3::Zero(), total = Mat3::Zero();
     total.diagonal() = Vec3(0.1, -0.04, -0.02);
     for (int k = 0; k < std::lround(0.1 / dt); ++k)
-      sim::fem::flow(total, material.yield, sim::fem::creep_per_step(material, dt, 1.0 / 60), material.max_plastic, plastic);
+      sim::fem::flow(total, material.yield, sim::fem::creep_per_step(material, dt, 1.0 / 60), material.max_plastic,
+                     plastic);
     return plastic.norm();
   };
   const double at_60 = flowed(1.0 / 60);
@@ -256,15 +269,28 @@ Outcome creep_rate(const Method& method, const Effort&) {
 
 std::vector<Row> fracture_rows() {
   return {
-      {23, "Fracture cascade, shatter in one step", "A bar pulled to 1.01 and 10 times its strength and twisted by 162 degrees, cap of 20 splits a step",
-       "splits <= cap, pieces finite, energy does not rise after the end stopped", Family::fracture, cascade, 1, {{"restressing", "refined steps while a crack runs"}}},
-      {24, "Single-tet floaters, hinges, ball joints", "10,000 random node splits of a lattice of 3,072 tets", "no piece under 3 tets, no link by an edge or a node, mass exact", Family::world,
-       floaters, 3},
-      {25, "Dependence on the random order", "A breaking bar: the same seed twice and with 2 threads, other seeds", "same seed same bits; other seeds overlap in their statistics", Family::fracture,
-       random_order, 2},
-      {26, "Additive plasticity at large strain", "Scrambled cube with c = 1; a yielded bar twisted by 720 degrees", "|eps^P| <= n, bounded; ghost moment reported", Family::plasticity, large_strain, 2,
+      {23,
+       "Fracture cascade, shatter in one step",
+       "A bar pulled to 1.01 and 10 times its strength and twisted by 162 degrees, cap of 20 splits a step",
+       "splits <= cap, pieces finite, energy does not rise after the end stopped",
+       Family::fracture,
+       cascade,
+       1,
+       {{"restressing", "refined steps while a crack runs"}}},
+      {24, "Single-tet floaters, hinges, ball joints", "10,000 random node splits of a lattice of 3,072 tets",
+       "no piece under 3 tets, no link by an edge or a node, mass exact", Family::world, floaters, 3},
+      {25, "Dependence on the random order", "A breaking bar: the same seed twice and with 2 threads, other seeds",
+       "same seed same bits; other seeds overlap in their statistics", Family::fracture, random_order, 2},
+      {26,
+       "Additive plasticity at large strain",
+       "Scrambled cube with c = 1; a yielded bar twisted by 720 degrees",
+       "|eps^P| <= n, bounded; ghost moment reported",
+       Family::plasticity,
+       large_strain,
+       2,
        {{"multiplicative plasticity", "flow without a volume error at large strain"}}},
-      {27, "Creep that depends on dt", "A strain of 0.1 held for 0.1 s at dt = 1/30 to 1/240", "the same flow within 1 %", Family::plasticity, creep_rate, 0.1},
+      {27, "Creep that depends on dt", "A strain of 0.1 held for 0.1 s at dt = 1/30 to 1/240",
+       "the same flow within 1 %", Family::plasticity, creep_rate, 0.1},
   };
 }
 

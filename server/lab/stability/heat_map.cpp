@@ -75,14 +75,16 @@ std::string boundary_in_words(const HeatMap& map, const CellGrid& cells) {
     }
   if (count[0] == nx * ny) return "Stable in every cell: the boundary lies outside this map.";
   std::string words;
-  if (count[0] == 0) words = "Stable in no cell";
+  if (count[0] == 0)
+    words = "Stable in no cell";
   else
     for (int i = 0; i < nx;) {
       int end = i;
       while (end < nx && stable[end] == stable[i]) ++end;
       const std::string unit = map.x.unit.empty() ? "" : " " + map.x.unit;
       const std::string range = end == i + 1 ? label(map.x, i) : label(map.x, i) + " to " + label(map.x, end - 1);
-      words += text(words.empty() ? "Stable for " : "; for ", map.x.name, " = ", range, unit, " ", stable_part(map.y, stable[i]));
+      words += text(words.empty() ? "Stable for " : "; for ", map.x.name, " = ", range, unit, " ",
+                    stable_part(map.y, stable[i]));
       i = end;
     }
   std::string counts;

@@ -9,9 +9,9 @@ namespace crumple::lab::stability {
 
 enum class CellState { stable, drifting, growing, inverted, passed, refused, not_finite };
 inline constexpr int kCellStates = 7;
-const char* name_of(CellState state);   // "stable", "drifting", "energy growing", "inverted for ever", ...
-const char* colour_of(CellState state); // "#rrggbb"
-const char* letter_of(CellState state); // in a cell, for those who do not see colours
+const char* name_of(CellState state);    // "stable", "drifting", "energy growing", "inverted for ever", ...
+const char* colour_of(CellState state);  // "#rrggbb"
+const char* letter_of(CellState state);  // in a cell, for those who do not see colours
 // 0 stable ... 5 not finite: whether a boundary has moved inward.
 int severity(CellState state);
 
@@ -28,7 +28,7 @@ std::string label(const Axis& axis, int k);  // "1/60" for times, "1e+06" for th
 
 struct HeatMap {
   std::string key, title;
-  std::string meaning;     // what a cell is, and what its states mean here
+  std::string meaning;  // what a cell is, and what its states mean here
   Family family = Family::fem;
   Axis x, y;
   std::function<Cell(const Method& method, double x, double y)> trial;

@@ -14,7 +14,8 @@ using sim::fem::FemMaterial;
 
 constexpr double kDt = 1.0 / 60;  // [s]
 
-// Energy kept per step by a small oscillation of a mode, against 1 / (1 + (omega dt)^2) of backward Euler [FORMULAS F2].
+// Energy kept per step by a small oscillation of a mode, against 1 / (1 + (omega dt)^2) of backward Euler [FORMULAS
+// F2].
 struct Decay {
   double worst_error = 0;  // relative, of the energy kept in a step
   double fastest = 0;      // h = omega dt of the stiffest sample
@@ -56,7 +57,8 @@ Outcome time_steps(const Method& method, const Effort& effort) {
     sound = sound && finite;
     inverted = std::max(inverted, left);
   }
-  const std::string found = broken.empty() ? "recovers at every dt from 1/1000 to 1/15 s" : "does not recover at dt =" + broken + " s";
+  const std::string found =
+      broken.empty() ? "recovers at every dt from 1/1000 to 1/15 s" : "does not recover at dt =" + broken + " s";
   if (sound && inverted > 0) return {Verdict::fails, static_cast<double>(inverted), found};
   return judged(sound, inverted == 0, inverted, found);
 }
@@ -89,7 +91,8 @@ Outcome capped_solver(const Method& method, const Effort& effort) {
   resting = trial.momentum().norm() / trial.rest.mass();
   com = std::max(com, resting);
   return judged(sound, com < 1e-3 && flagged, com,
-                text("centre of mass drifts at ", com, " m/s at most (E = 1e9, tolerance 1e-3: ", resting, ")", method.fem.iterates ? ";" + found : ""));
+                text("centre of mass drifts at ", com, " m/s at most (E = 1e9, tolerance 1e-3: ", resting, ")",
+                     method.fem.iterates ? ";" + found : ""));
 }
 
 Outcome sudden_load(const Method& method, const Effort& effort) {
@@ -116,8 +119,8 @@ Outcome sudden_load(const Method& method, const Effort& effort) {
   const double speed = std::sqrt(2 * trial.kinetic() / trial.rest.mass());
   const int inverted = trial.inverted();
   return judged(trial.sound(), lowest > -4 && gained < 1.01 && inverted == 0, gained,
-                text("deepest point ", lowest, " m on a beam of 2 m; energy never above ", gained, " of the load's work; after 4 s ", inverted,
-                     " inverted, rms speed ", speed, " m/s"));
+                text("deepest point ", lowest, " m on a beam of 2 m; energy never above ", gained,
+                     " of the load's work; after 4 s ", inverted, " inverted, rms speed ", speed, " m/s"));
 }
 
 Outcome angular_momentum(const Method& method, const Effort& effort) {
@@ -128,7 +131,9 @@ Outcome angular_momentum(const Method& method, const Effort& effort) {
     SoftTrial trial(unit_cube(effort.brief ? 3 : 4), soft_material(), method.fem);
     Random random(1);
     trial.deform([&](const Vec3& X) -> Vec3 {
-      return kind == 0 ? random.vec3(0, 1) : kind == 1 ? Vec3(X.x(), X.y(), 0) + random.vec3(-1e-6, 1e-6) : Vec3(100 * X.x(), X.y(), X.z());
+      return kind == 0   ? random.vec3(0, 1)
+             : kind == 1 ? Vec3(X.x(), X.y(), 0) + random.vec3(-1e-6, 1e-6)
+                         : Vec3(100 * X.x(), X.y(), X.z());
     });
     double worst = 0;
     trial.run(2, kDt, [&] {
@@ -141,27 +146,49 @@ Outcome angular_momentum(const Method& method, const Effort& effort) {
     constexpr const char* kNames[] = {"scramble", "flatten", "100 x stretch"};
     found += text(" ", kNames[kind], " ", worst, ";");
   }
-  return judged(sound, spin < 0.01 && momentum < 1e-6, spin, text("spin made out of none [rad/s]:", found, " momentum ", momentum, " kg m/s"));
+  return judged(sound, spin < 0.01 && momentum < 1e-6, spin,
+                text("spin made out of none [rad/s]:", found, " momentum ", momentum, " kg m/s"));
 }
 
 Outcome over_damping(const Method& method, const Effort&) {
   const Decay result = decay(method, {1.0 / 30, 1.0 / 60, 1.0 / 240, 1.0 / 1000});
   return judged(result.sound, result.worst_error < 0.01, result.worst_error,
-                text("energy kept in a step differs from 1/(1+(omega dt)^2) by ", 100 * result.worst_error, " % at most, up to omega dt = ", result.fastest));
+                text("energy kept in a step differs from 1/(1+(omega dt)^2) by ", 100 * result.worst_error,
+                     " % at most, up to omega dt = ", result.fastest));
 }
 
 }  // namespace
 
 std::vector<Row> integration_rows() {
   return {
-      {10, "dt from 1/1000 to 1/15 s", "The scrambled cube for 3 s at seven time steps", "bounded, nothing inverted at any", Family::fem, time_steps, 6},
-      {12, "CG cap hit, tolerance 1e-3", "The scrambled cube with caps of 5, 20 and 100 iterations at E = 1e5 and 1e9, and uncapped at 1e9", "bounded; centre of mass < 1 mm/s; capped solves are reported",
-       Family::fem, capped_solver, 4},
-      {13, "Indefinite or frozen tangent", "Ten times gravity on a slender cantilever (2 x 0.2 x 0.2 m, E = 1e6) in one step", "tip within two lengths, energy not above the load's work, nothing inverted after 4 s", Family::fem, sudden_load, 2,
+      {10, "dt from 1/1000 to 1/15 s", "The scrambled cube for 3 s at seven time steps",
+       "bounded, nothing inverted at any", Family::fem, time_steps, 6},
+      {12, "CG cap hit, tolerance 1e-3",
+       "The scrambled cube with caps of 5, 20 and 100 iterations at E = 1e5 and 1e9, and uncapped at 1e9",
+       "bounded; centre of mass < 1 mm/s; capped solves are reported", Family::fem, capped_solver, 4},
+      {13,
+       "Indefinite or frozen tangent",
+       "Ten times gravity on a slender cantilever (2 x 0.2 x 0.2 m, E = 1e6) in one step",
+       "tip within two lengths, energy not above the load's work, nothing inverted after 4 s",
+       Family::fem,
+       sudden_load,
+       2,
        {{"Newton inside a step", "exact tangent with line search; a static solve has it (crumple-lab solve)"}}},
-      {14, "Angular momentum out of nothing", "Scrambled, flattened and 100 x stretched cube, all with L = 0", "spin |L|/I < 0.01 rad/s, momentum < 1e-6 kg m/s", Family::fem, angular_momentum, 2,
+      {14,
+       "Angular momentum out of nothing",
+       "Scrambled, flattened and 100 x stretched cube, all with L = 0",
+       "spin |L|/I < 0.01 rad/s, momentum < 1e-6 kg m/s",
+       Family::fem,
+       angular_momentum,
+       2,
        {{"momentum-conserving projection", "L kept by a projection or by iterating the step"}}},
-      {15, "Over-damping by backward Euler", "Small free vibration in the lowest and the twelfth mode, dt = 1/30 to 1/1000 s", "energy kept in a step = 1/(1+(omega dt)^2) within 1 %", Family::fem, over_damping, 1,
+      {15,
+       "Over-damping by backward Euler",
+       "Small free vibration in the lowest and the twelfth mode, dt = 1/30 to 1/1000 s",
+       "energy kept in a step = 1/(1+(omega dt)^2) within 1 %",
+       Family::fem,
+       over_damping,
+       1,
        {{"BDF2, TR-BDF2, exponential", "an integrator that damps less"}}},
   };
 }

@@ -44,14 +44,17 @@ Isolated run_isolated(const std::function<std::string()>& work, int limit_second
     return {.ending = "no process"};
   }
   char buffer[4096];
-  for (ssize_t count; (count = read(ends[0], buffer, sizeof buffer)) > 0;) result.answer.append(buffer, static_cast<std::size_t>(count));
+  for (ssize_t count; (count = read(ends[0], buffer, sizeof buffer)) > 0;)
+    result.answer.append(buffer, static_cast<std::size_t>(count));
   close(ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
   result.finished = WIFEXITED(status) && WEXITSTATUS(status) == 0;
   if (WIFSIGNALED(status))
-    result.ending = WTERMSIG(status) == SIGALRM ? text("no answer within ", limit_seconds, " s") : text("ended by signal ", WTERMSIG(status));
-  else if (!result.finished) result.ending = "ended with an error";
+    result.ending = WTERMSIG(status) == SIGALRM ? text("no answer within ", limit_seconds, " s")
+                                                : text("ended by signal ", WTERMSIG(status));
+  else if (!result.finished)
+    result.ending = "ended with an error";
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }

@@ -19,50 +19,102 @@ FemMethod fem(Mat3 (*rotation)(const Mat3&), void (*choose)(FemMaterial&), declt
 }
 
 std::vector<Method> make_methods() {
+  const auto tight = [](FemMaterial& m) {
+    m.cg_tolerance = 1e-8;
+    m.cg_max_iterations = 3000;
+  };
   const auto paper_rule = [](FemMaterial& m) { m.rotation = sim::fem::RotationRule::polar_qr; };
   std::vector<Method> all;
   // -- finite elements: rotation rule, integrator, solver -----------------------------------------------------------
-  all.push_back({.key = "svd", .name = "SVD, backward Euler, CG (default)", .family = Family::fem, .mapped = true,
+  all.push_back({.key = "svd",
+                 .name = "SVD, backward Euler, CG (default)",
+                 .family = Family::fem,
+                 .mapped = true,
                  .fem = fem(default_rotation, nullptr, backward_euler)});
-  all.push_back({.key = "svd-float", .name = "the same, float matrix", .family = Family::fem,
+  all.push_back({.key = "svd-float",
+                 .name = "the same, float matrix",
+                 .family = Family::fem,
                  .fem = fem(default_rotation, nullptr, backward_euler, true, true)});
-  all.push_back({.key = "polar-qr", .name = "polar, QR below 6 % of the volume", .family = Family::fem,
-                 .standing = Standing::paper, .mapped = true,
+  all.push_back({.key = "svd-tight",
+                 .name = "the same, CG to 1e-8",
+                 .family = Family::fem,
+                 .mapped = true,
+                 .fem = fem(default_rotation, tight, backward_euler, false)});
+  all.push_back({.key = "polar-qr",
+                 .name = "polar, QR below 6 % of the volume",
+                 .family = Family::fem,
+                 .standing = Standing::paper,
+                 .mapped = true,
                  .fem = fem(paper_rotation, paper_rule, backward_euler)});
-  all.push_back({.key = "plain-polar", .name = "plain polar, mirrored Q allowed", .family = Family::fem,
+  all.push_back({.key = "plain-polar",
+                 .name = "plain polar, mirrored Q allowed",
+                 .family = Family::fem,
                  .standing = Standing::comparison,
                  .fem = fem(plain_polar_rotation, nullptr, backward_euler_any_rotation, false)});
-  all.push_back({.key = "direct", .name = "SVD, backward Euler, direct solve", .family = Family::fem,
+  all.push_back({.key = "direct",
+                 .name = "SVD, backward Euler, direct solve",
+                 .family = Family::fem,
                  .standing = Standing::comparison,
                  .fem = fem(default_rotation, nullptr, backward_euler_direct, false)});
-  all.push_back({.key = "explicit", .name = "SVD, explicit (symplectic Euler)", .family = Family::fem,
-                 .standing = Standing::comparison, .mapped = true,
+  all.push_back({.key = "explicit",
+                 .name = "SVD, explicit (symplectic Euler)",
+                 .family = Family::fem,
+                 .standing = Standing::comparison,
+                 .mapped = true,
                  .fem = fem(default_rotation, nullptr, symplectic_euler, false)});
-  // -- contact ----------------------------------------------------------------------------------------------------------
-  all.push_back({.key = "recovery", .name = "implicit rows with depth recovery (default)", .family = Family::contact,
+  // -- contact
+  // ----------------------------------------------------------------------------------------------------------
+  all.push_back({.key = "recovery",
+                 .name = "implicit rows with depth recovery (default)",
+                 .family = Family::contact,
                  .mapped = true});
-  all.push_back({.key = "recovery-300", .name = "the same, kappa 300, tau 8 dt", .family = Family::contact,
+  all.push_back({.key = "recovery-300",
+                 .name = "the same, kappa 300, tau 8 dt",
+                 .family = Family::contact,
                  .contact = {.settings = {.kappa = 300, .recovery_steps = 8}}});
-  all.push_back({.key = "raw-1e6", .name = "raw damping, phi = 1e6", .family = Family::contact,
-                 .standing = Standing::paper, .mapped = true,
+  all.push_back({.key = "raw-1e6",
+                 .name = "raw damping, phi = 1e6",
+                 .family = Family::contact,
+                 .standing = Standing::paper,
+                 .mapped = true,
                  .contact = {.settings = {.raw_damping = true, .phi = 1e6}}});
-  all.push_back({.key = "raw-1e9", .name = "raw damping, phi = 1e9", .family = Family::contact,
-                 .standing = Standing::paper, .contact = {.settings = {.raw_damping = true, .phi = 1e9}}});
-  all.push_back({.key = "penalty", .name = "explicit penalty springs, no friction", .family = Family::contact,
+  all.push_back({.key = "raw-1e9",
+                 .name = "raw damping, phi = 1e9",
+                 .family = Family::contact,
+                 .standing = Standing::paper,
+                 .contact = {.settings = {.raw_damping = true, .phi = 1e9}}});
+  all.push_back({.key = "penalty",
+                 .name = "explicit penalty springs, no friction",
+                 .family = Family::contact,
                  .standing = Standing::comparison,
                  .contact = {.settings = {.kappa = 0}, .push = push_by_penalty}});
-  all.push_back({.key = "rigid", .name = "rigid boxes (Bullet's solver)", .family = Family::contact, .mapped = true,
+  all.push_back({.key = "rigid",
+                 .name = "rigid boxes (Bullet's solver)",
+                 .family = Family::contact,
+                 .mapped = true,
                  .contact = {.rigid = true}});
-  // -- plasticity and fracture ------------------------------------------------------------------------------------------
+  // -- plasticity and fracture
+  // ------------------------------------------------------------------------------------------
   all.push_back({.key = "creep", .name = "creep per second (default)", .family = Family::plasticity});
-  all.push_back({.key = "raw-creep", .name = "creep per update", .family = Family::plasticity,
-                 .standing = Standing::paper, .raw = true});
+  all.push_back({.key = "raw-creep",
+                 .name = "creep per update",
+                 .family = Family::plasticity,
+                 .standing = Standing::paper,
+                 .raw = true});
   all.push_back({.key = "toughness", .name = "toughness in Pa (default)", .family = Family::fracture});
-  all.push_back({.key = "raw-toughness", .name = "toughness in newtons", .family = Family::fracture,
-                 .standing = Standing::paper, .raw = true});
-  // -- examples -----------------------------------------------------------------------------------------------------------
+  all.push_back({.key = "raw-toughness",
+                 .name = "toughness in newtons",
+                 .family = Family::fracture,
+                 .standing = Standing::paper,
+                 .raw = true});
+  // -- examples
+  // -----------------------------------------------------------------------------------------------------------
   const auto example = [&](const char* key, const char* name, Standing standing, ExampleMethod method, bool mapped) {
-    all.push_back({.key = key, .name = name, .family = Family::example, .standing = standing, .mapped = mapped,
+    all.push_back({.key = key,
+                   .name = name,
+                   .family = Family::example,
+                   .standing = standing,
+                   .mapped = mapped,
                    .example = method});
   };
   example("eq8", "eq. 8, dt-free rates (default)", Standing::offered, {}, true);
@@ -73,8 +125,11 @@ std::vector<Method> make_methods() {
   example("eq8-unaligned", "eq. 8, unaligned QLERP", Standing::comparison, {Step::equation8, false, false}, false);
   // -- collision shapes -----------------------------------------------------------------------------------------------
   all.push_back({.key = "convex", .name = "convex parts (default)", .family = Family::shape});
-  all.push_back({.key = "triangles", .name = "triangle mesh (GImpact)", .family = Family::shape,
-                 .standing = Standing::paper, .triangles = true});
+  all.push_back({.key = "triangles",
+                 .name = "triangle mesh (GImpact)",
+                 .family = Family::shape,
+                 .standing = Standing::paper,
+                 .triangles = true});
   // -- the core as it stands -----------------------------------------------------------------------------------------
   all.push_back({.key = "core", .name = "the core", .family = Family::world});
   return all;

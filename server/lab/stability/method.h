@@ -16,50 +16,50 @@ class SoftTrial;
 class ContactTrial;
 
 enum class Family {
-  fem,         // element, rotation rule, integrator and solver of one body
-  contact,     // bodies on each other
+  fem,      // element, rotation rule, integrator and solver of one body
+  contact,  // bodies on each other
   plasticity,
   fracture,
-  example,     // example-based deformation
-  shape,       // collision shape of a rigid or example-based body
-  world        // the core as it stands: one method
+  example,  // example-based deformation
+  shape,    // collision shape of a rigid or example-based body
+  world     // the core as it stands: one method
 };
 
 enum class Standing {
-  offered,     // a scene can ask for it
-  paper,       // raw form of one of the papers; may be offered as well
-  comparison   // exists in the lab only, to show why it was not chosen
+  offered,    // a scene can ask for it
+  paper,      // raw form of one of the papers; may be offered as well
+  comparison  // exists in the lab only, to show why it was not chosen
 };
 
 struct FemMethod {
   Mat3 (*rotation)(const Mat3& F) = nullptr;
   void (*choose)(sim::fem::FemMaterial& material) = nullptr;  // null: the material as it is
   bool float_matrix = false;
-  bool iterates = true;                                       // has an iteration cap
+  bool iterates = true;  // has an iteration cap
   sim::linear_solver::SolveReport (*step)(SoftTrial& trial, double dt) = nullptr;
 };
 
 struct ContactMethod {
   sim::ContactSettings settings;
-  bool rigid = false;                          // blocks are rigid boxes
-  void (*push)(ContactTrial& trial) = nullptr; // explicit forces before each step; null: none
+  bool rigid = false;                           // blocks are rigid boxes
+  void (*push)(ContactTrial& trial) = nullptr;  // explicit forces before each step; null: none
 };
 
 struct ExampleMethod {
   sim::example_based::ExampleParameters::Step step = sim::example_based::ExampleParameters::Step::equation8;
   bool raw_rates = false;
-  bool aligned = true;   // QLERP's signs; the core always aligns, the lab undoes it
+  bool aligned = true;  // QLERP's signs; the core always aligns, the lab undoes it
 };
 
 struct Method {
-  std::string key;       // in files: short, no comma
-  std::string name;      // for people
+  std::string key;   // in files: short, no comma
+  std::string name;  // for people
   Family family = Family::world;
   Standing standing = Standing::offered;
-  bool mapped = false;   // drawn in the heat maps of its family
+  bool mapped = false;  // drawn in the heat maps of its family
   FemMethod fem;
   ContactMethod contact;
-  bool raw = false;      // plasticity: creep per update; fracture: toughness in newtons
+  bool raw = false;  // plasticity: creep per update; fracture: toughness in newtons
   ExampleMethod example;
   bool triangles = false;  // shape: triangle mesh instead of convex parts
 };

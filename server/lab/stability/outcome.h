@@ -13,13 +13,13 @@ enum class Verdict { pass, limit, fails, not_built };
 
 struct Outcome {
   Verdict verdict = Verdict::not_built;
-  double value = 0;   // the figure that the criterion bounds; larger is worse. NaN: there is none
-  std::string text;   // what was measured, with units
+  double value = 0;  // the figure that the criterion bounds; larger is worse. NaN: there is none
+  std::string text;  // what was measured, with units
 };
 
-const char* name_of(Verdict verdict);           // "pass", "limit", "fails", "not built"
+const char* name_of(Verdict verdict);  // "pass", "limit", "fails", "not built"
 bool parse(const std::string& name, Verdict& verdict);
-bool is_worse(Verdict a, Verdict b);            // not_built is neither better nor worse than anything
+bool is_worse(Verdict a, Verdict b);  // not_built is neither better nor worse than anything
 
 // fails unless `sound`; then pass where `holds`, else limit.
 Outcome judged(bool sound, bool holds, double value, std::string text);

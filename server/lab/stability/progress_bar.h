@@ -7,8 +7,8 @@ namespace crumple::lab::stability {
 // A bar with the time left, on standard error: redrawn on a terminal, else a line every half minute.
 class ProgressBar {
  public:
-  explicit ProgressBar(double total);   // in any unit of work
-  void show(const std::string& what);   // what is being done
+  explicit ProgressBar(double total);  // in any unit of work
+  void show(const std::string& what);  // what is being done
   void advance(double work);
   void finish();
 

@@ -15,6 +15,7 @@ void write_tables(const Survey& survey, const std::filesystem::path& dir);
 Result<std::map<std::string, std::string>> draw_maps(const Survey& survey, const std::filesystem::path& dir);
 
 // DIR/index.html, self-contained.
-void write_page(const Survey& survey, const std::map<std::string, std::string>& figures, const std::filesystem::path& dir);
+void write_page(const Survey& survey, const std::map<std::string, std::string>& figures,
+                const std::filesystem::path& dir);
 
 }  // namespace crumple::lab::stability

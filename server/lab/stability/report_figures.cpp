@@ -26,25 +26,29 @@ std::string quoted(const std::string& text) {
 void panel(std::ostream& out, const HeatMap& map, const Method& method, const CellGrid& grid, int index, int count) {
   const std::size_t nx = map.x.values.size(), ny = map.y.values.size();
   const double width = 1.0 / count;
-  out << "set lmargin at screen " << (index + 0.2) * width << "\nset rmargin at screen " << (index + 0.97) * width << "\n"
+  out << "set lmargin at screen " << (index + 0.2) * width << "\nset rmargin at screen " << (index + 0.97) * width
+      << "\n"
       << "set tmargin at screen 0.91\nset bmargin at screen 0.34\nunset object\nunset label\n";
   for (std::size_t j = 0; j < ny; ++j)
     for (std::size_t i = 0; i < nx; ++i) {
       const CellState state = grid[j][i].state;
-      out << "set object rect from " << i << "," << j << " to " << i + 1 << "," << j + 1 << " fc rgb '" << colour_of(state) << "' fs solid border lc rgb 'white' lw 1 behind\n";
+      out << "set object rect from " << i << "," << j << " to " << i + 1 << "," << j + 1 << " fc rgb '"
+          << colour_of(state) << "' fs solid border lc rgb 'white' lw 1 behind\n";
       if (*letter_of(state))
-        out << "set label '" << letter_of(state) << "' at " << i + 0.5 << "," << j + 0.5 << " center font ',11' tc rgb '"
-            << (state == CellState::not_finite ? "white" : "black") << "' front\n";
+        out << "set label '" << letter_of(state) << "' at " << i + 0.5 << "," << j + 0.5
+            << " center font ',11' tc rgb '" << (state == CellState::not_finite ? "white" : "black") << "' front\n";
     }
   const auto tics = [&](const char* which, const Axis& axis, const char* more) {
     out << "set " << which << "tics (";
-    for (std::size_t k = 0; k < axis.values.size(); ++k) out << (k ? ", " : "") << "'" << label(axis, static_cast<int>(k)) << "' " << k + 0.5;
+    for (std::size_t k = 0; k < axis.values.size(); ++k)
+      out << (k ? ", " : "") << "'" << label(axis, static_cast<int>(k)) << "' " << k + 0.5;
     out << ") scale 0 nomirror textcolor rgb '#333333' font ',10' " << more << "\n";
   };
   const auto name = [](const Axis& axis) { return axis.name + (axis.unit.empty() ? "" : " [" + axis.unit + "]"); };
   tics("x", map.x, "rotate by -45");
   tics("y", map.y, "");
-  out << "set xlabel '" << name(map.x) << "' offset 0,0.4\nset ylabel '" << name(map.y) << "' offset 1.5,0\nset title " << quoted(method.name) << " font ',12' offset 0,-0.5\n";
+  out << "set xlabel '" << name(map.x) << "' offset 0,0.4\nset ylabel '" << name(map.y) << "' offset 1.5,0\nset title "
+      << quoted(method.name) << " font ',12' offset 0,-0.5\n";
   if (index == 0) {  // the key, below all panels
     for (int s = 0; s < kCellStates; ++s) {
       const CellState state = static_cast<CellState>(s);
@@ -52,10 +56,11 @@ void panel(std::ostream& out, const HeatMap& map, const Method& method, const Ce
       const double x = 16 + (s % 4) * 185, row = s / 4;
       const double at = x / (kPanelWidth * count);
       const double y = 0.085 - 0.055 * row;
-      out << "set object rect from screen " << at << "," << y << " to screen " << at + box << "," << y + 14.0 / kHeight << " fc rgb '" << colour_of(state)
-          << "' fs solid border lc rgb 'gray'\n";
+      out << "set object rect from screen " << at << "," << y << " to screen " << at + box << "," << y + 14.0 / kHeight
+          << " fc rgb '" << colour_of(state) << "' fs solid border lc rgb 'gray'\n";
       const std::string letter = *letter_of(state) ? std::string(" (") + letter_of(state) + ")" : "";
-      out << "set label '" << name_of(state) << letter << "' at screen " << at + 1.4 * box << "," << y + 7.0 / kHeight << " left font ',11'\n";
+      out << "set label '" << name_of(state) << letter << "' at screen " << at + 1.4 * box << "," << y + 7.0 / kHeight
+          << " left font ',11'\n";
     }
   }
   out << "plot [0:" << nx << "] [0:" << ny << "] NaN notitle\n";
@@ -72,10 +77,14 @@ std::string script(const HeatMap& map, const Survey& survey, const std::filesyst
   const auto methods = map.methods();
   const int count = static_cast<int>(methods.size());
   std::ostringstream out;
-  out << "set terminal " << (svg ? text("svg font 'sans-serif,12' name '", svg_name(map.key), "'") : std::string("pngcairo font 'sans,12'")) << " size "
-      << std::max(2, count) * kPanelWidth << "," << kHeight << " background rgb 'white'\nset output '" << file.string() << "'\n"
+  out << "set terminal "
+      << (svg ? text("svg font 'sans-serif,12' name '", svg_name(map.key), "'")
+              : std::string("pngcairo font 'sans,12'"))
+      << " size " << std::max(2, count) * kPanelWidth << "," << kHeight << " background rgb 'white'\nset output '"
+      << file.string() << "'\n"
       << "set border lc rgb 'gray'\nset multiplot\n";
-  for (int k = 0; k < count; ++k) panel(out, map, *methods[k], survey.grid(map, methods[k]->key), k, std::max(2, count));
+  for (int k = 0; k < count; ++k)
+    panel(out, map, *methods[k], survey.grid(map, methods[k]->key), k, std::max(2, count));
   out << "unset multiplot\n";
   return out.str();
 }
@@ -85,10 +94,12 @@ Result<void> run_gnuplot(const std::filesystem::path& script_file) {
   std::string program = "gnuplot", argument = script_file.string();
   char* words[] = {program.data(), argument.data(), nullptr};
   if (posix_spawnp(&child, "gnuplot", nullptr, nullptr, words, environ) != 0)
-    return std::unexpected(Error{ErrorCode::failed_precondition, "gnuplot", "is not installed (Debian: gnuplot-nox); it draws the maps"});
+    return std::unexpected(
+        Error{ErrorCode::failed_precondition, "gnuplot", "is not installed (Debian: gnuplot-nox); it draws the maps"});
   int status = 0;
   waitpid(child, &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return std::unexpected(Error{ErrorCode::internal, "gnuplot", "failed on " + argument});
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+    return std::unexpected(Error{ErrorCode::internal, "gnuplot", "failed on " + argument});
   return {};
 }
 

@@ -25,72 +25,98 @@ ul.outcomes { list-style: none; margin: 0; padding: 0; } ul.outcomes li { margin
 std::string escaped(const std::string& plain) {
   std::string out;
   for (const char c : plain) {
-    if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '&') out += "&amp;";
-    else out += c;
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '&')
+      out += "&amp;";
+    else
+      out += c;
   }
   return out;
 }
 
 std::string chip(Verdict verdict) {
-  const char* kind = verdict == Verdict::pass ? "pass" : verdict == Verdict::limit ? "limit" : verdict == Verdict::fails ? "fails" : "not";
+  const char* kind = verdict == Verdict::pass    ? "pass"
+                     : verdict == Verdict::limit ? "limit"
+                     : verdict == Verdict::fails ? "fails"
+                                                 : "not";
   return text("<span class=\"chip ", kind, "\">", name_of(verdict), "</span>");
 }
 
 void write_row(std::ostream& out, const Row& row, const Survey& survey) {
-  out << "<tr id=\"row" << row.number << "\"><td class=\"n\">" << row.number << "</td><td><b>" << escaped(row.name) << "</b><br><span class=\"small\">"
-      << escaped(row.test) << ".<br><i>Passes if:</i> " << escaped(row.criterion) << ".</span></td><td><ul class=\"outcomes\">\n";
+  out << "<tr id=\"row" << row.number << "\"><td class=\"n\">" << row.number << "</td><td><b>" << escaped(row.name)
+      << "</b><br><span class=\"small\">" << escaped(row.test) << ".<br><i>Passes if:</i> " << escaped(row.criterion)
+      << ".</span></td><td><ul class=\"outcomes\">\n";
   for (const Method* method : methods_of(row.family)) {
     const auto at = survey.rows.find({row.number, method->key});
     if (at == survey.rows.end()) continue;
     const Outcome& outcome = at->second.outcome;
     out << "<li>" << chip(outcome.verdict) << " <b>" << escaped(method->name) << "</b>";
-    if (method->standing != Standing::offered) out << " <span class=\"standing\">" << (method->standing == Standing::paper ? "the paper's" : "for comparison") << "</span>";
+    if (method->standing != Standing::offered)
+      out << " <span class=\"standing\">" << (method->standing == Standing::paper ? "the paper's" : "for comparison")
+          << "</span>";
     out << "<br><span class=\"small\">" << escaped(outcome.text) << "</span></li>\n";
   }
   for (const Missing& missing : row.not_built)
-    out << "<li>" << chip(Verdict::not_built) << " <b>" << escaped(missing.method) << "</b><br><span class=\"small\">" << escaped(missing.what) << "</span></li>\n";
+    out << "<li>" << chip(Verdict::not_built) << " <b>" << escaped(missing.method) << "</b><br><span class=\"small\">"
+        << escaped(missing.what) << "</span></li>\n";
   out << "</ul></td></tr>\n";
 }
 
 void write_summary(std::ostream& out, const Survey& survey) {
-  out << "<table style=\"max-width: 46em\"><tr><th>method</th><th></th><th>pass</th><th>limit</th><th>fails</th><th>rows that fail</th></tr>\n";
+  out << "<table style=\"max-width: "
+         "46em\"><tr><th>method</th><th></th><th>pass</th><th>limit</th><th>fails</th><th>rows that fail</th></tr>\n";
   for (const Method& method : all_methods()) {
     std::array<int, 4> count{};
     std::string failing;
     for (const auto& [key, result] : survey.rows) {
       if (key.second != method.key) continue;
       ++count[static_cast<int>(result.outcome.verdict)];
-      if (result.outcome.verdict == Verdict::fails) failing += text(" <a href=\"#row", key.first, "\">", key.first, "</a>");
+      if (result.outcome.verdict == Verdict::fails)
+        failing += text(" <a href=\"#row", key.first, "\">", key.first, "</a>");
     }
     out << "<tr><td>" << escaped(method.name) << "</td><td class=\"standing\">"
-        << (method.standing == Standing::offered ? "" : method.standing == Standing::paper ? "the paper's" : "for comparison") << "</td><td>" << count[0] << "</td><td>"
-        << count[1] << "</td><td>" << count[2] << "</td><td>" << failing << "</td></tr>\n";
+        << (method.standing == Standing::offered ? ""
+            : method.standing == Standing::paper ? "the paper's"
+                                                 : "for comparison")
+        << "</td><td>" << count[0] << "</td><td>" << count[1] << "</td><td>" << count[2] << "</td><td>" << failing
+        << "</td></tr>\n";
   }
   out << "</table>\n";
 }
 
 }  // namespace
 
-void write_page(const Survey& survey, const std::map<std::string, std::string>& figures, const std::filesystem::path& dir) {
+void write_page(const Survey& survey, const std::map<std::string, std::string>& figures,
+                const std::filesystem::path& dir) {
   std::ofstream out(dir / "index.html");
-  out << "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Crumple: where each method fails</title><style>" << kStyle << "</style></head><body>\n"
+  out << "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Crumple: where each method "
+         "fails</title><style>"
+      << kStyle << "</style></head><body>\n"
       << "<h1>Where each method fails</h1>\n"
-      << "<p>41 failures that the literature knows, each with a stress test and a criterion, run for every method that a scene can ask for, for the raw forms of the two papers, and for "
-         "methods that exist here only to show why they were not chosen. In every row the least is: no NaN, no crash, everything bounded.</p>\n<p>"
-      << chip(Verdict::pass) << " the criterion holds. " << chip(Verdict::limit) << " finite and bounded, but the criterion is missed: the number says by how much. " << chip(Verdict::fails)
-      << " not finite, unbounded, crashed, or the failure of the row's name stays for ever. " << chip(Verdict::not_built) << " does not exist yet.</p>\n"
+      << "<p>41 failures that the literature knows, each with a stress test and a criterion, run for every method that "
+         "a scene can ask for, for the raw forms of the two papers, and for "
+         "methods that exist here only to show why they were not chosen. In every row the least is: no NaN, no crash, "
+         "everything bounded.</p>\n<p>"
+      << chip(Verdict::pass) << " the criterion holds. " << chip(Verdict::limit)
+      << " finite and bounded, but the criterion is missed: the number says by how much. " << chip(Verdict::fails)
+      << " not finite, unbounded, crashed, or the failure of the row's name stays for ever. "
+      << chip(Verdict::not_built) << " does not exist yet.</p>\n"
       << "<p class=\"small\">Made by <code>crumple-lab stability</code>, compiler " << escaped(__VERSION__)
-      << ". Times are not judged: the figures here do not depend on how fast the machine is. All numbers are in rows.csv and maps.csv beside this page.</p>\n";
+      << ". Times are not judged: the figures here do not depend on how fast the machine is. All numbers are in "
+         "rows.csv and maps.csv beside this page.</p>\n";
   write_summary(out, survey);
   out << "<h2>The rows</h2>\n<table>\n";
   for (const Row& row : all_rows()) write_row(out, row, survey);
   out << "</table>\n<h2>The maps</h2>\n";
   for (const HeatMap& map : all_maps()) {
-    out << "<h3>" << escaped(map.title) << "</h3>\n<figure>" << (figures.contains(map.key) ? figures.at(map.key) : "") << "</figure>\n<p>" << escaped(map.meaning) << "</p>\n<p>";
+    out << "<h3>" << escaped(map.title) << "</h3>\n<figure>" << (figures.contains(map.key) ? figures.at(map.key) : "")
+        << "</figure>\n<p>" << escaped(map.meaning) << "</p>\n<p>";
     for (const Method* method : map.methods())
-      out << "<b>" << escaped(method->name) << ".</b> " << escaped(boundary_in_words(map, survey.grid(map, method->key))) << "<br>\n";
+      out << "<b>" << escaped(method->name) << ".</b> "
+          << escaped(boundary_in_words(map, survey.grid(map, method->key))) << "<br>\n";
     out << "</p>\n";
   }
   out << "</body></html>\n";

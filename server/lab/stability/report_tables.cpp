@@ -24,11 +24,12 @@ void write_tables(const Survey& survey, const std::filesystem::path& dir) {
       const auto at = survey.rows.find({row.number, method->key});
       if (at == survey.rows.end()) continue;
       const Outcome& outcome = at->second.outcome;
-      rows << row.number << "," << quoted(row.name) << "," << method->key << "," << name_of(method->standing) << "," << name_of(outcome.verdict) << ","
-           << outcome.value << "," << quoted(outcome.text) << "\n";
+      rows << row.number << "," << quoted(row.name) << "," << method->key << "," << name_of(method->standing) << ","
+           << name_of(outcome.verdict) << "," << outcome.value << "," << quoted(outcome.text) << "\n";
     }
     for (const Missing& missing : row.not_built)
-      rows << row.number << "," << quoted(row.name) << "," << quoted(missing.method) << ",,not built,," << quoted(missing.what) << "\n";
+      rows << row.number << "," << quoted(row.name) << "," << quoted(missing.method) << ",,not built,,"
+           << quoted(missing.what) << "\n";
   }
   std::ofstream maps(dir / "maps.csv");
   maps << "map,method,x,y,state,note\n";
@@ -38,8 +39,8 @@ void write_tables(const Survey& survey, const std::filesystem::path& dir) {
         for (std::size_t i = 0; i < map.x.values.size(); ++i) {
           const auto at = survey.cells.find({map.key, method->key, static_cast<int>(i), static_cast<int>(j)});
           if (at == survey.cells.end()) continue;
-          maps << map.key << "," << method->key << "," << map.x.values[i] << "," << map.y.values[j] << "," << name_of(at->second.cell.state) << ","
-               << quoted(at->second.cell.note) << "\n";
+          maps << map.key << "," << method->key << "," << map.x.values[i] << "," << map.y.values[j] << ","
+               << name_of(at->second.cell.state) << "," << quoted(at->second.cell.note) << "\n";
         }
 }
 

@@ -33,7 +33,9 @@ DeformableShape shape_of(const Method& method, const SurfaceMesh& mesh) {
 SurfaceMesh floor_mesh(int n, double size) {
   SurfaceMesh mesh;
   for (int i = 0; i <= n; ++i)
-    for (int j = 0; j <= n; ++j) mesh.vertices.push_back({size * (static_cast<double>(i) / n - 0.5), 0, size * (static_cast<double>(j) / n - 0.5)});
+    for (int j = 0; j <= n; ++j)
+      mesh.vertices.push_back(
+          {size * (static_cast<double>(i) / n - 0.5), 0, size * (static_cast<double>(j) / n - 0.5)});
   const auto id = [&](int i, int j) { return i * (n + 1) + j; };
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
@@ -60,13 +62,17 @@ Outcome degenerate_triangles(const Method& method, const Effort&) {
   const std::size_t kept = sim::sound_triangles(spoil(floor)).size();
   RigidWorld world;
   const auto ground = world.add_body(0, fixed(sim::TriangleShape{spoil(floor)}), {});
-  const auto body = world.add_deformable(1, shape_of(method, spoil(box)), with_mass(sim::closed_mesh_mass(box, 1), 10), 0.5, 0, {Quat::Identity(), Vec3(0.1, 0.6, 0.13)});
-  if (!ground || !body) return {Verdict::fails, 1, "degenerate triangles are not taken: " + (ground ? body : ground).error().text()};
+  const auto body = world.add_deformable(1, shape_of(method, spoil(box)), with_mass(sim::closed_mesh_mass(box, 1), 10),
+                                         0.5, 0, {Quat::Identity(), Vec3(0.1, 0.6, 0.13)});
+  if (!ground || !body)
+    return {Verdict::fails, 1, "degenerate triangles are not taken: " + (ground ? body : ground).error().text()};
   for (int k = 0; k < 480; ++k) world.step(1.0 / 240);
   const Vec3 p = world.com(1);
-  return judged(p.allFinite() && world.is_moving(1), kept == floor.triangles.size() && std::abs(p.y() - 0.25) < 0.02, std::abs(p.y() - 0.25),
-                text(kept, " of ", floor.triangles.size() + 4, " triangles of the floor are kept (", floor.triangles.size(), " are sound); the box rests ", 1000 * std::abs(p.y() - 0.25),
-                     " mm from where it should"));
+  return judged(
+      p.allFinite() && world.is_moving(1), kept == floor.triangles.size() && std::abs(p.y() - 0.25) < 0.02,
+      std::abs(p.y() - 0.25),
+      text(kept, " of ", floor.triangles.size() + 4, " triangles of the floor are kept (", floor.triangles.size(),
+           " are sound); the box rests ", 1000 * std::abs(p.y() - 0.25), " mm from where it should"));
 }
 
 // Three boxes in the form of a U, open towards +y, as one surface or three parts.
@@ -90,15 +96,19 @@ double entangled(const Method& method, double dt, bool& sound, double& overlap) 
     hulls.push_back({part.vertices});
     authoring::append(whole, part);
   }
-  if (method.triangles) shape = whole;
-  else shape = hulls;
+  if (method.triangles)
+    shape = whole;
+  else
+    shape = hulls;
   const MassProperties mass = sim::combined(masses);
   RigidWorld world;
   (void)world.add_body(0, fixed(sim::Plane{}), {});
   // The second hangs upside down, one arm in the first's mouth, and falls into it at 5 m/s.
   (void)world.add_deformable(1, shape, mass, 0.5, 0.1, {Quat::Identity(), Vec3(0, 1.01, 0)});
   const Quat over(Eigen::AngleAxisd(M_PI, Vec3::UnitZ()));
-  (void)world.add_deformable(2, shape, mass, 0.5, 0.1, {over * Quat(Eigen::AngleAxisd(0.15, Vec3::UnitY())), Vec3(0.75, 2.1, 0.05)}, Vec3(0, -5, 0));
+  (void)world.add_deformable(2, shape, mass, 0.5, 0.1,
+                             {over * Quat(Eigen::AngleAxisd(0.15, Vec3::UnitY())), Vec3(0.75, 2.1, 0.05)},
+                             Vec3(0, -5, 0));
   double fastest = 0;
   overlap = 0;
   for (int k = 0; k < std::lround(3 / dt); ++k) {
@@ -113,16 +123,19 @@ double entangled(const Method& method, double dt, bool& sound, double& overlap) 
 Outcome concave(const Method& method, const Effort&) {
   bool sound = true;
   double overlap_60 = 0, overlap_240 = 0;
-  const double at_60 = entangled(method, 1.0 / 60, sound, overlap_60), at_240 = entangled(method, 1.0 / 240, sound, overlap_240);
+  const double at_60 = entangled(method, 1.0 / 60, sound, overlap_60),
+               at_240 = entangled(method, 1.0 / 240, sound, overlap_240);
   return judged(sound, at_240 < 10 && overlap_240 < 0.02 && at_60 < 10, std::max(at_60, at_240),
-                text("fastest ", at_60, " m/s at dt = 1/60 and ", at_240, " at 1/240 (impact at 5); overlap left ", 1000 * overlap_60, " and ", 1000 * overlap_240, " mm"));
+                text("fastest ", at_60, " m/s at dt = 1/60 and ", at_240, " at 1/240 (impact at 5); overlap left ",
+                     1000 * overlap_60, " and ", 1000 * overlap_240, " mm"));
 }
 
 Outcome internal_edges(const Method& method, const Effort&) {
   RigidWorld world;
   (void)world.add_body(0, fixed(sim::TriangleShape{floor_mesh(40, 20)}), {});
   const SurfaceMesh box = authoring::box_surface({0.3, 0.2, 0.3});
-  (void)world.add_deformable(1, shape_of(method, box), with_mass(sim::closed_mesh_mass(box, 1), 10), 0, 0, {Quat(Eigen::AngleAxisd(0.3, Vec3::UnitY())), Vec3(-8, 0.2, 0.1)});
+  (void)world.add_deformable(1, shape_of(method, box), with_mass(sim::closed_mesh_mass(box, 1), 10), 0, 0,
+                             {Quat(Eigen::AngleAxisd(0.3, Vec3::UnitY())), Vec3(-8, 0.2, 0.1)});
   for (int k = 0; k < 120; ++k) world.step(1.0 / 120);
   world.set_velocity(1, Vec3(5, 0, 0.7), Vec3::Zero());
   double kick = 0, turn = 0;
@@ -133,13 +146,15 @@ Outcome internal_edges(const Method& method, const Effort&) {
   }
   const double speed = std::hypot(5, 0.7);
   return judged(world.com(1).allFinite(), kick < 0.01 * speed, kick / speed,
-                text("vertical kick ", 100 * kick / speed, " % of the speed, turning ", turn, " rad/s, speed kept ", 100 * world.velocity(1).norm() / speed, " %"));
+                text("vertical kick ", 100 * kick / speed, " % of the speed, turning ", turn, " rad/s, speed kept ",
+                     100 * world.velocity(1).norm() / speed, " %"));
 }
 
 Outcome changing_inertia(const Method& method, const Effort&) {
   SurfaceMesh box = authoring::box_surface({0.5, 0.4, 0.3});
   RigidWorld world({.gravity = Vec3::Zero()});
-  (void)world.add_deformable(1, shape_of(method, box), with_mass(sim::closed_mesh_mass(box, 1), 20), 0.5, 0, {}, {1, 2, 3}, {4, 5, 6});
+  (void)world.add_deformable(1, shape_of(method, box), with_mass(sim::closed_mesh_mass(box, 1), 20), 0.5, 0, {},
+                             {1, 2, 3}, {4, 5, 6});
   const Vec3 L = world.angular_momentum(1);
   double moved = 0, drift = 0;
   for (int k = 0; k < 200; ++k) {
@@ -160,18 +175,24 @@ Outcome changing_inertia(const Method& method, const Effort&) {
   const Mat3 I = world.inertia(1);
   sound = sound && I.llt().info() == Eigen::Success;
   return judged(sound, drift < 1e-6 && moved < 1e-6, std::max(drift, moved),
-                text("200 dents: L drifts by ", drift, " of itself, world points move by ", moved, " m; flattened to a plate I stays positive definite"));
+                text("200 dents: L drifts by ", drift, " of itself, world points move by ", moved,
+                     " m; flattened to a plate I stays positive definite"));
 }
 
 }  // namespace
 
 std::vector<Row> rigid_rows() {
   return {
-      {35, "Degenerate collision triangles", "Floor and box with a flat, a needle, a repeated-vertex and a doubled triangle", "dropped before the tree; the box rests where it should", Family::shape,
-       degenerate_triangles, 0.5},
-      {36, "Dynamic concave triangle meshes", "Two U-shaped bodies, one falls into the other at 5 m/s, dt = 1/60 and 1/240 s", "nothing faster than 10 m/s, overlap < 2 cm at 1/240", Family::shape, concave, 1},
-      {37, "Bumps on internal edges", "A box slides at 5 m/s over a floor of 3,200 triangles", "vertical kick < 1 % of the speed", Family::shape, internal_edges, 0.5},
-      {38, "Changing inertia", "A spinning box dented in each of 200 steps, then flattened to a plate", "L kept to 1e-6, I positive definite, world points unmoved", Family::shape, changing_inertia, 0.2},
+      {35, "Degenerate collision triangles",
+       "Floor and box with a flat, a needle, a repeated-vertex and a doubled triangle",
+       "dropped before the tree; the box rests where it should", Family::shape, degenerate_triangles, 0.5},
+      {36, "Dynamic concave triangle meshes",
+       "Two U-shaped bodies, one falls into the other at 5 m/s, dt = 1/60 and 1/240 s",
+       "nothing faster than 10 m/s, overlap < 2 cm at 1/240", Family::shape, concave, 1},
+      {37, "Bumps on internal edges", "A box slides at 5 m/s over a floor of 3,200 triangles",
+       "vertical kick < 1 % of the speed", Family::shape, internal_edges, 0.5},
+      {38, "Changing inertia", "A spinning box dented in each of 200 steps, then flattened to a plate",
+       "L kept to 1e-6, I positive definite, world points unmoved", Family::shape, changing_inertia, 0.2},
   };
 }
 

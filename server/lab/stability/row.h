@@ -25,9 +25,9 @@ struct Row {
   Family family = Family::world;
   // Runs the check for one method of the family. It may crash: callers run it in a process of its own.
   std::function<Outcome(const Method& method, const Effort& effort)> check;
-  double seconds = 1;               // of the full check of one method, roughly, for the estimate
+  double seconds = 1;  // of the full check of one method, roughly, for the estimate
   std::vector<Missing> not_built;
-  bool in_brief = true;             // part of the regression part
+  bool in_brief = true;  // part of the regression part
 };
 
 // The 41 rows, ascending.

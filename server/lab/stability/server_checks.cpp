@@ -32,7 +32,8 @@ SceneDescription two_worlds_in_one() {
 
 Outcome injection(const Method&, const Effort&) {
   const std::vector<double> bad{kNan, kInfinity, -kInfinity, 1e30};
-  auto touched = std::move(World::create(two_worlds_in_one()).value()), control = std::move(World::create(two_worlds_in_one()).value());
+  auto touched = std::move(World::create(two_worlds_in_one()).value()),
+       control = std::move(World::create(two_worlds_in_one()).value());
   int refused = 0, tried = 0;
   const auto reject = [&](const Result<void>& result) {
     ++tried;
@@ -89,8 +90,10 @@ Outcome injection(const Method&, const Effort&) {
   }
   bool finite = true;
   for (const Vec3& x : touched->fem(1).x) finite = finite && x.allFinite();
-  const std::string found = text(refused, " of ", tried, " bad values refused; ", untouched ? "the world is bit-identical to one without them" : "the world changed", "; after ",
-                                 kMaxImpulse, " N s on one block it is ", finite ? "finite" : "not finite", " and the others ", others ? "keep their bits" : "changed");
+  const std::string found = text(refused, " of ", tried, " bad values refused; ",
+                                 untouched ? "the world is bit-identical to one without them" : "the world changed",
+                                 "; after ", kMaxImpulse, " N s on one block it is ", finite ? "finite" : "not finite",
+                                 " and the others ", others ? "keep their bits" : "changed");
   return judged(finite, refused == tried && untouched && others, tried - refused, found);
 }
 
@@ -100,7 +103,8 @@ Outcome limits(const Method&, const Effort& effort) {
   TetMesh many = block(Vec3::Ones(), {2, 2, 2});
   many.tets.resize(static_cast<std::size_t>(kMaxTets) + 1, many.tets.front());
   const bool refused = !validate(many, "mesh");
-  std::string found = text("a lattice of 48 million tets is ", huge ? "refused" : "taken", ", a mesh of kMaxTets + 1 is ", refused ? "refused" : "taken");
+  std::string found = text("a lattice of 48 million tets is ", huge ? "refused" : "taken",
+                           ", a mesh of kMaxTets + 1 is ", refused ? "refused" : "taken");
 
   SceneDescription crowd = two_worlds_in_one();
   const BodyDescription one = crowd.bodies.back();
@@ -112,18 +116,21 @@ Outcome limits(const Method&, const Effort& effort) {
   found += text(", ", crowd.bodies.size(), " bodies are ", crowd_refused ? "refused" : "taken");
 
   // Another world that is flooded: 20,000 commands a step.
-  auto quiet = std::move(World::create(two_worlds_in_one()).value()), alone = std::move(World::create(two_worlds_in_one()).value());
+  auto quiet = std::move(World::create(two_worlds_in_one()).value()),
+       alone = std::move(World::create(two_worlds_in_one()).value());
   auto flooded = std::move(World::create(two_worlds_in_one()).value());
   bool finite = true;
   for (int k = 0; k < (effort.brief ? 5 : 30); ++k) {
-    for (int n = 0; n < 20'000; ++n) (void)flooded->submit(ApplyImpulse{.body = 1, .impulse = {0.01, 0, 0}, .point = {0, 0.6, 0}});
+    for (int n = 0; n < 20'000; ++n)
+      (void)flooded->submit(ApplyImpulse{.body = 1, .impulse = {0.01, 0, 0}, .point = {0, 0.6, 0}});
     flooded->step();
     quiet->step();
   }
   for (int k = 0; k < (effort.brief ? 5 : 30); ++k) alone->step();
   for (const Vec3& x : flooded->fem(1).x) finite = finite && x.allFinite();
   const bool same = quiet->state_hash() == alone->state_hash();
-  found += text("; beside a world that takes 20,000 commands a step another is ", same ? "bit-identical to one alone" : "different");
+  found += text("; beside a world that takes 20,000 commands a step another is ",
+                same ? "bit-identical to one alone" : "different");
   return judged(finite, huge && refused && crowd_refused && same, !huge + !refused + !crowd_refused + !same,
                 found + ". Floods of clients, broken frames and disconnects in mid-step: tests/grpc, tests/runtime");
 }
@@ -132,9 +139,12 @@ Outcome limits(const Method&, const Effort& effort) {
 
 std::vector<Row> server_rows() {
   return {
-      {17, "NaN, infinite or huge input", "NaN, +-infinity, 1e30, denormals and ids out of range in impulses, forces, points, poses, materials, meshes", "refused with an error; other bodies bit-identical",
-       Family::world, injection, 2},
-      {41, "Client flood, huge mesh, 1e6 tets, disconnect", "Meshes and scenes beyond the limits, a world flooded with commands beside a quiet one", "refused; the other world bit-identical", Family::world, limits, 2},
+      {17, "NaN, infinite or huge input",
+       "NaN, +-infinity, 1e30, denormals and ids out of range in impulses, forces, points, poses, materials, meshes",
+       "refused with an error; other bodies bit-identical", Family::world, injection, 2},
+      {41, "Client flood, huge mesh, 1e6 tets, disconnect",
+       "Meshes and scenes beyond the limits, a world flooded with commands beside a quiet one",
+       "refused; the other world bit-identical", Family::world, limits, 2},
   };
 }
 

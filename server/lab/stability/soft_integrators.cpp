@@ -45,12 +45,14 @@ SolveReport backward_euler_any_rotation(SoftTrial& trial, double dt) {
   set_prescribed(trial);
   for (const PrescribedNode& node : trial.prescribed) struck[node.node] = 1;
 
-  const double stiffness = dt * rest.material.damping_stiffness + dt * dt, inertia = 1 + dt * rest.material.damping_mass;
+  const double stiffness = dt * rest.material.damping_stiffness + dt * dt,
+               inertia = 1 + dt * rest.material.damping_mass;
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::VectorXd b = dt * trial.force;
   for (int i = 0; i < n; ++i) {
     b.segment<3>(3 * i) += rest.node_mass[i] * trial.state.v[i];
-    for (int c = 0; c < 3; ++c) entries.emplace_back(3 * i + c, 3 * i + c, (struck[i] ? 1 : inertia) * rest.node_mass[i]);
+    for (int c = 0; c < 3; ++c)
+      entries.emplace_back(3 * i + c, 3 * i + c, (struck[i] ? 1 : inertia) * rest.node_mass[i]);
   }
   for (int t = 0; t < trial.mesh.tet_count(); ++t) {
     const RestTet tet = rest.tet(t);
@@ -73,7 +75,8 @@ SolveReport backward_euler_any_rotation(SoftTrial& trial, double dt) {
       }
     }
   }
-  for (const PrescribedNode& node : trial.prescribed) b.segment<3>(3 * node.node) = rest.node_mass[node.node] * node.velocity;
+  for (const PrescribedNode& node : trial.prescribed)
+    b.segment<3>(3 * node.node) = rest.node_mass[node.node] * node.velocity;
 
   Eigen::SparseMatrix<double> A(3 * n, 3 * n);
   A.setFromTriplets(entries.begin(), entries.end());
@@ -85,7 +88,8 @@ SolveReport backward_euler_any_rotation(SoftTrial& trial, double dt) {
   for (int t = 0; t < trial.mesh.tet_count(); ++t) {
     const Mat34 x = gather(trial.state.x, trial.mesh.tets[t]);
     const Mat3 Q = trial.method.rotation(deformation_gradient(x, rest.beta[t]));
-    flow(element_strain(rest, t, x, Q), rest.material.yield, creep, rest.material.max_plastic, trial.state.plastic_strain[t]);
+    flow(element_strain(rest, t, x, Q), rest.material.yield, creep, rest.material.max_plastic,
+         trial.state.plastic_strain[t]);
   }
   return {.iterations = 1, .converged = true};
 }
@@ -95,7 +99,8 @@ SolveReport symplectic_euler(SoftTrial& trial, double dt) {
   elastic_forces(trial.rest, trial.mesh.tets, trial.state.x, trial.state.plastic_strain, trial.pool,
                  trial.scratch.system.elements, f);
   f += trial.force;
-  for (int i = 0; i < trial.mesh.node_count(); ++i) trial.state.v[i] += dt / trial.rest.node_mass[i] * f.segment<3>(3 * i);
+  for (int i = 0; i < trial.mesh.node_count(); ++i)
+    trial.state.v[i] += dt / trial.rest.node_mass[i] * f.segment<3>(3 * i);
   set_prescribed(trial);
   for (int i = 0; i < trial.mesh.node_count(); ++i) trial.state.x[i] += dt * trial.state.v[i];
   plastic_flow(trial.rest, trial.mesh.tets, trial.state.x, dt, kCreepDt, trial.pool, trial.state.plastic_strain,

@@ -29,9 +29,12 @@ FemMaterial chosen(FemMaterial material, const FemMethod& method) {
 }  // namespace
 
 SoftTrial::SoftTrial(const sim::TetMesh& mesh_, FemMaterial material, const FemMethod& method_)
-    : mesh(mesh_), method(method_), rest(make_rest(mesh_, chosen(material, method_))),
+    : mesh(mesh_),
+      method(method_),
+      rest(make_rest(mesh_, chosen(material, method_))),
       state{mesh.X, std::vector<Vec3>(mesh.X.size(), Vec3::Zero()), std::vector<Mat3>(mesh.tets.size(), Mat3::Zero())},
-      force(Eigen::VectorXd::Zero(3 * mesh.node_count())), scratch(method_.float_matrix) {}
+      force(Eigen::VectorXd::Zero(3 * mesh.node_count())),
+      scratch(method_.float_matrix) {}
 
 void SoftTrial::deform(const std::function<Vec3(const Vec3&)>& map) {
   for (int i = 0; i < mesh.node_count(); ++i) {

@@ -17,7 +17,7 @@ class SoftTrial {
   FemMethod method;
   sim::fem::RestBody rest;
   sim::fem::FemState state;
-  Eigen::VectorXd force;                               // 3n, external [N]
+  Eigen::VectorXd force;  // 3n, external [N]
   std::vector<sim::fem::PrescribedNode> prescribed;
   sim::fem::StepScratch scratch;
   sim::ThreadPool pool{1};
@@ -26,21 +26,21 @@ class SoftTrial {
   // Steps until the time is over or the body is not sound any more. `after_step` may end it by returning false.
   void run(double seconds, double dt, const std::function<bool()>& after_step = {});
 
-  double kinetic() const;                // [J]
-  double elastic() const;                // [J], with the method's own rotation
+  double kinetic() const;  // [J]
+  double elastic() const;  // [J], with the method's own rotation
   double energy() const { return kinetic() + elastic(); }
-  Vec3 momentum() const;                 // [kg m/s]
-  Vec3 angular_momentum() const;         // about the centre of mass [kg m^2/s]
-  Vec3 centre() const;                   // [m]
-  double spin() const;                   // |L| over the rest shape's mean moment of inertia [rad/s]
-  int inverted() const;                  // tets of negative volume
-  double shape_error() const;            // largest distance of a node from the best rigid placement of the rest shape [m]
+  Vec3 momentum() const;          // [kg m/s]
+  Vec3 angular_momentum() const;  // about the centre of mass [kg m^2/s]
+  Vec3 centre() const;            // [m]
+  double spin() const;            // |L| over the rest shape's mean moment of inertia [rad/s]
+  int inverted() const;           // tets of negative volume
+  double shape_error() const;     // largest distance of a node from the best rigid placement of the rest shape [m]
   // Everything finite and within a kilometre.
   bool sound() const;
 
-  double largest_kinetic = 0, largest_energy = 0;      // of the last run, with its start [J]
-  double worst_residual = 0;                           // of the last run's solves
-  int capped = 0;                                      // solves of the last run that did not converge
+  double largest_kinetic = 0, largest_energy = 0;  // of the last run, with its start [J]
+  double worst_residual = 0;                       // of the last run's solves
+  int capped = 0;                                  // solves of the last run that did not converge
 };
 
 // A cube of n^3 cells of six tets, side 1 m, from the origin.
@@ -59,7 +59,9 @@ sim::fem::FemMaterial soft_material();
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  double uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
+  }
   Vec3 vec3(double low, double high);
 
  private:

@@ -36,7 +36,8 @@ struct Command {
 
 Json summary(const Survey& survey) {
   Json counts{{"pass", 0}, {"limit", 0}, {"fails", 0}, {"not built", 0}};
-  for (const auto& [key, result] : survey.rows) counts[name_of(result.outcome.verdict)] = counts[name_of(result.outcome.verdict)].get<int>() + 1;
+  for (const auto& [key, result] : survey.rows)
+    counts[name_of(result.outcome.verdict)] = counts[name_of(result.outcome.verdict)].get<int>() + 1;
   return {{"rows", all_rows().size()}, {"outcomes", counts}, {"cells", survey.cells.size()}};
 }
 
@@ -51,14 +52,19 @@ int Command::run_only() const {
   Plan plan = full_plan();
   std::erase_if(plan.rows, [&](const RowKey& key) { return !asked(key); });
   std::erase_if(plan.cells, [&](const CellKey& key) { return !asked(key); });
-  if (plan.rows.empty() && plan.cells.empty()) return fail("--only is " + only + ", must be a row from 1 to 41 or a map", 2);
+  if (plan.rows.empty() && plan.cells.empty())
+    return fail("--only is " + only + ", must be a row from 1 to 41 or a map", 2);
   const Survey survey = run_survey(plan, {});
   Json result = Json::object();
   for (const auto& [key, row] : survey.rows)
-    result[key.second] = {{"verdict", name_of(row.outcome.verdict)}, {"value", row.outcome.value}, {"text", row.outcome.text}, {"seconds", row.seconds}};
+    result[key.second] = {{"verdict", name_of(row.outcome.verdict)},
+                          {"value", row.outcome.value},
+                          {"text", row.outcome.text},
+                          {"seconds", row.seconds}};
   for (const HeatMap& map : all_maps())
     if (map.key == only)
-      for (const Method* method : map.methods()) result[method->key] = boundary_in_words(map, survey.grid(map, method->key));
+      for (const Method* method : map.methods())
+        result[method->key] = boundary_in_words(map, survey.grid(map, method->key));
   std::cout << result.dump() << "\n";
   return 0;
 }
@@ -82,7 +88,8 @@ int Command::run_ci() const {
   result["outward"] = comparison.outward;
   std::cout << result.dump() << "\n";
   for (const std::string& line : comparison.inward) std::cerr << "fell behind: " << line << "\n";
-  for (const std::string& line : comparison.outward) std::cerr << "better, the baseline may be raised: " << line << "\n";
+  for (const std::string& line : comparison.outward)
+    std::cerr << "better, the baseline may be raised: " << line << "\n";
   return comparison.inward.empty() ? 0 : 1;
 }
 
@@ -101,7 +108,8 @@ int Command::run_full() const {
     const Survey brief = run_survey({.effort = {.brief = true}, .rows = rows_of_brief()}, {});
     Baseline known;
     for (const auto& [key, result] : brief.rows) known.rows[key] = result.outcome;
-    for (const CellKey& key : boundary_cells(survey, kBoundaryBudget)) known.cells[key] = survey.cells.at(key).cell.state;
+    for (const CellKey& key : boundary_cells(survey, kBoundaryBudget))
+      known.cells[key] = survey.cells.at(key).cell.state;
     std::ofstream(write_baseline) << to_json(known).dump(1) << "\n";
   }
   if (figures) std::filesystem::remove(journal, problem);
@@ -113,7 +121,8 @@ int Command::run_full() const {
 
 void add_command(CLI::App& app, int& exit_code) {
   auto command = std::make_shared<Command>();
-  auto* s = app.add_subcommand("stability", "where each method fails: 41 checks and seven maps into a report, or their regression part");
+  auto* s = app.add_subcommand(
+      "stability", "where each method fails: 41 checks and seven maps into a report, or their regression part");
   s->add_option("--out", command->out, "folder of the report; an interrupted run goes on there");
   s->add_flag("--ci", command->ci, "the regression part: compares with --baseline, exit 1 if something fell behind");
   s->add_option("--baseline", command->baseline, "known outcomes");

@@ -64,8 +64,10 @@ Job cell_job(const CellKey& key, Survey& survey) {
   job.take = [key, &survey](const Json& answer, double seconds) {
     CellResult& result = survey.cells[key];
     result.seconds = seconds;
-    if (answer.contains("crash")) result.cell = {CellState::not_finite, answer["crash"]};
-    else result.cell = {static_cast<CellState>(answer["state"].get<int>()), answer["note"]};
+    if (answer.contains("crash"))
+      result.cell = {CellState::not_finite, answer["crash"]};
+    else
+      result.cell = {static_cast<CellState>(answer["state"].get<int>()), answer["note"]};
   };
   return job;
 }
@@ -86,7 +88,8 @@ Plan full_plan() {
   for (const HeatMap& map : all_maps())
     for (const Method* method : map.methods())
       for (int j = 0; j < static_cast<int>(map.y.values.size()); ++j)
-        for (int i = 0; i < static_cast<int>(map.x.values.size()); ++i) plan.cells.push_back({map.key, method->key, i, j});
+        for (int i = 0; i < static_cast<int>(map.x.values.size()); ++i)
+          plan.cells.push_back({map.key, method->key, i, j});
   return plan;
 }
 
@@ -109,7 +112,8 @@ Survey run_survey(const Plan& plan, const std::filesystem::path& journal) {
     std::ifstream in(journal);
     for (std::string line; std::getline(in, line);) {
       const Json entry = Json::parse(line, nullptr, false);
-      if (entry.is_object() && entry.contains("key") && entry.contains("answer") && entry.contains("seconds")) done[entry["key"]] = entry;
+      if (entry.is_object() && entry.contains("key") && entry.contains("answer") && entry.contains("seconds"))
+        done[entry["key"]] = entry;
     }
   }
   std::ofstream out;

@@ -31,7 +31,8 @@ struct Survey {
   std::map<RowKey, RowResult> rows;
   std::map<CellKey, CellResult> cells;
 
-  CellGrid grid(const HeatMap& map, const std::string& method) const;  // cells that were not run are stable without a note
+  CellGrid grid(const HeatMap& map,
+                const std::string& method) const;  // cells that were not run are stable without a note
 };
 
 // What to run.
@@ -41,7 +42,7 @@ struct Plan {
   std::vector<CellKey> cells;
 };
 Plan full_plan();
-std::vector<RowKey> rows_of_brief();        // of the regression part
+std::vector<RowKey> rows_of_brief();  // of the regression part
 
 // journal: a file that holds a line for each finished job; empty: none. Jobs that it holds are not run again; it is the
 // caller's to remove. A progress bar with an estimate goes to standard error if that is a terminal, else a line now and

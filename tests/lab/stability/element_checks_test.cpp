@@ -1,0 +1,76 @@
+#include "tests/lab/stability/row_outcomes.h"
+
+#include "server/lab/stability/soft_integrators.h"
+#include "server/sim/fem/rotation.h"
+
+#include <Eigen/LU>
+
+// Why the rotation rule is the sign-corrected SVD.
+namespace crumple::lab::stability {
+namespace {
+
+TEST(StabilityElements, PlainPolarKeepsMirroredTetsTheSignCorrectedSvdDoesNot) {
+  for (const int row : {1, 2, 3}) {
+    expect_verdict(row, "plain-polar", Verdict::fails);
+    expect_verdict(row, "svd", Verdict::pass);
+  }
+}
+
+TEST(StabilityElements, PlainPolarOfAMirroredShapeIsAMirror) {
+  const Mat3 F = Vec3(-1, 1.2, 0.9).asDiagonal();
+  EXPECT_NEAR(plain_polar_rotation(F).determinant(), -1, 1e-12);
+  EXPECT_NEAR(sim::fem::svd_rotation(F).determinant(), 1, 1e-12);
+}
+
+TEST(StabilityElements, QrBelowSixPercentJumpsTheSvdDoesNot) {
+  const Outcome qr = outcome_of(4, "polar-qr");
+  EXPECT_NE(qr.text.find("Q jumps by"), std::string::npos);
+  EXPECT_NE(qr.verdict, Verdict::pass) << qr.text;
+  expect_verdict(4, "svd", Verdict::pass);
+}
+
+TEST(StabilityElements, QrDependsOnHowABlockIsTurnedTheSvdDoesNot) {
+  EXPECT_GT(outcome_of(5, "polar-qr").value, 0.05);
+  EXPECT_LT(outcome_of(5, "svd").value, 1e-9);
+}
+
+TEST(StabilityElements, MeshesWithoutVolumeAreRefused) {
+  const Outcome outcome = outcome_of(11, "svd");
+  EXPECT_NE(outcome.text.find(" 0: refused at load; -0.1: refused at load"), std::string::npos) << outcome.text;
+}
+
+// The lab's own assembly, for rules that the core does not have, is the core's where both have the rule.
+TEST(StabilityElements, StepOfAnyRotationIsTheCoresForTheCoresRotation) {
+  const FemMethod& core = find_method("direct")->fem;
+  FemMethod own = core;
+  own.step = backward_euler_any_rotation;
+  auto material = soft_material();
+  material.damping_mass = 0.3;
+  material.damping_stiffness = 0.01;
+  material.yield = 0.05;
+  material.creep = 0.4;
+  SoftTrial a(unit_cube(2), material, core), b(unit_cube(2), material, own);
+  for (SoftTrial* trial : {&a, &b}) {
+    Random random(3);
+    trial->deform([&](const Vec3& X) -> Vec3 { return X + random.vec3(-0.1, 0.1); });
+    trial->prescribed = {{0, Vec3(0.1, 0, 0)}, {5, Vec3::Zero()}};
+    for (const auto& node : trial->prescribed) trial->state.v[node.node] = node.velocity;
+    trial->force.setConstant(3);
+    trial->run(0.2, 1.0 / 60);
+  }
+  for (int i = 0; i < a.mesh.node_count(); ++i) EXPECT_LT((a.state.x[i] - b.state.x[i]).norm(), 1e-9) << i;
+  EXPECT_GT(a.state.plastic_strain[0].norm() + a.state.plastic_strain[9].norm(), 0);
+}
+
+TEST(StabilityElements, ASliverHasTheHeightItIsAskedFor) {
+  for (const double quality : {1e-2, 1e-6, 0.0, -0.1}) {
+    const sim::TetMesh cube = unit_cube(3), sliver = cube_with_sliver(3, quality);
+    double smallest = 1;
+    for (int t = 0; t < cube.tet_count(); ++t)
+      smallest = std::min(smallest, sim::signed_volume(sliver, t) / sim::signed_volume(cube, t));
+    EXPECT_NEAR(smallest, quality, 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace crumple::lab::stability

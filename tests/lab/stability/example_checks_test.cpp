@@ -1,0 +1,54 @@
+#include "tests/lab/stability/row_outcomes.h"
+
+#include "server/lab/stability/example_trial.h"
+
+// Why eq. 8, aligned quaternions and relative thresholds.
+namespace crumple::lab::stability {
+namespace {
+
+TEST(StabilityExamples, UnalignedQlerpJumpsAlignedDoesNot) {
+  const Outcome aligned = outcome_of(30, "eq8"), unaligned = outcome_of(30, "eq8-unaligned");
+  EXPECT_EQ(aligned.verdict, Verdict::pass) << aligned.text;
+  EXPECT_NE(unaligned.verdict, Verdict::pass) << unaligned.text;
+  EXPECT_GT(unaligned.value, 0.1);  // a corner moves by decimetres for 0.001 of E
+}
+
+TEST(StabilityExamples, ThePseudoInverseAmplifiesEquation8AndTikhonovDoNot) {
+  EXPECT_GT(outcome_of(33, "eq9-raw").value, 1e4);
+  expect_verdict(33, "eq8", Verdict::pass);
+  expect_verdict(33, "eq9", Verdict::pass);
+}
+
+TEST(StabilityExamples, TheAbsoluteThresholdDependsOnTheScaleTheRelativeOneDoesNot) {
+  expect_verdict(31, "eq8-raw", Verdict::limit);
+  expect_verdict(31, "eq8", Verdict::pass);
+}
+
+TEST(StabilityExamples, TwinsShareTheirWeight) { expect_verdict(32, "eq8", Verdict::pass); }
+
+TEST(StabilityExamples, BatteredBarStaysInTheSimplexAndComesToRest) {
+  ExampleTrial trial(bar_set(usual_poses()), find_method("eq8")->example);
+  const Battered result = batter(trial, 30, 40);
+  EXPECT_TRUE(result.finite);
+  EXPECT_LT(result.simplex_error, 1e-12);
+  EXPECT_GT(result.jump, 1e-4);  // it did dent
+  EXPECT_LT(result.last_move, 1e-5);
+}
+
+TEST(StabilityShapes, ConvexPartsSlideOverTriangleFloorsWithoutBumps) { expect_verdict(37, "convex", Verdict::pass); }
+TEST(StabilityShapes, DentsKeepTheAngularMomentum) {
+  expect_verdict(38, "convex", Verdict::pass);
+  expect_verdict(38, "triangles", Verdict::pass);
+}
+
+TEST(StabilityPlasticity, CreepPerUpdateDependsOnTheStepCreepPerSecondDoesNot) {
+  expect_verdict(27, "raw-creep", Verdict::limit);
+  expect_verdict(27, "creep", Verdict::pass);
+}
+
+TEST(StabilityWorld, BadInputIsRefusedAndTouchesNobody) { expect_verdict(17, "core", Verdict::pass); }
+
+TEST(StabilityFracture, NoPieceIsTooSmallAndNoLinkIsAJoint) { expect_verdict(24, "core", Verdict::pass); }
+
+}  // namespace
+}  // namespace crumple::lab::stability
