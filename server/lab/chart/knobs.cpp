@@ -32,10 +32,11 @@ Knob cg_tolerance() {
   return knob;
 }
 
-Knob cg_cap() {
-  return numbers("CG cap", {5, 10, 20, 40, 60, 100, 200, 500}, [](Setup& s, double v) {
+Knob cg_cap(bool guarded) {
+  return numbers("CG cap", {5, 10, 20, 40, 60, 100, 200, 500}, [guarded](Setup& s, double v) {
     s.cg_cap = static_cast<int>(v);
     s.cg_tolerance = 1e-12;
+    s.guarded = guarded;
   });
 }
 

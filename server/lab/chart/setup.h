@@ -20,6 +20,7 @@ struct Setup {
   double dt = 1.0 / 60;            // [s]
   double cg_tolerance = 1e-3;      // the product's default
   int cg_cap = 3000;               // no cap in reach
+  bool guarded = true;             // the server's guard answers capped solves and growing energy
   bool float_solver = false;       // matrix blocks in float
   Precision precision = Precision::double_;  // of a static solve's factor
   sim::fem::RotationRule rotation = sim::fem::RotationRule::svd;
@@ -55,7 +56,7 @@ struct Knob {
 namespace knobs {
 Knob dt();                             // 1/15 .. 1/960 s
 Knob cg_tolerance();                   // 1e-1 .. 1e-8
-Knob cg_cap();                         // 5 .. 500, at a tolerance out of reach
+Knob cg_cap(bool guarded = false);     // 5 .. 500, at a tolerance out of reach; the guard would go on after the cap
 Knob cells(std::vector<int> across, int heavy_from = 1000);
 Knob threads();                        // 1, 2, 4 .. as many as the process may use
 Knob alpha(std::vector<double> values);

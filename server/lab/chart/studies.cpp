@@ -24,7 +24,11 @@ Study solver() {
   s.curves = {{"tolerance, double", knobs::cg_tolerance(), {}},
               {"tolerance, float matrix", knobs::cg_tolerance(), {.float_solver = true}},
               {"tolerance, polar + QR", knobs::cg_tolerance(), {.rotation = RotationRule::polar_qr}},
-              {"cap", knobs::cg_cap(), {}}};
+              {"cap, no guard", knobs::cg_cap(), {}},
+              {"cap, guarded", knobs::cg_cap(true), {}}};
+  for (const std::size_t c : {std::size_t{2}, std::size_t{4}}) {
+    for (KnobValue& v : s.curves[c].knob.values) v.heavy = true;
+  }
   return s;
 }
 
@@ -249,7 +253,7 @@ Study beam_a_study() {
   s.reference = "Equilibrium of the same mesh, tip -0.11785 m (five digits: 4e-5). FEMFX's figures are its own, on another machine.";
   s.measure = beam_a();
   s.more = {kIterations};
-  s.curves = {{"cap", knobs::cg_cap(), {.lattice = Lattice::femfx}}, {"tolerance", knobs::cg_tolerance(), {.lattice = Lattice::femfx}}};
+  s.curves = {{"cap, no guard", knobs::cg_cap(), {.lattice = Lattice::femfx}}, {"tolerance", knobs::cg_tolerance(), {.lattice = Lattice::femfx}}};
   s.curves[1].knob.values.resize(5);
   // ANCHORS: 60 iterations, its default cap, hit at every step.
   s.peers = {{"FEMFX, 60 iterations, 1 thread", (0.11785 - 0.11722) / 0.11785, 60 * 1.16e-3}};
