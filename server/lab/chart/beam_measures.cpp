@@ -243,7 +243,7 @@ Measure beam_a() {
   return {[=](const Setup& setup, Workshop& workshop) -> Result<Sample> {
             auto scene = make(setup, workshop);
             if (!scene) return std::unexpected(scene.error());
-            auto motion = step_world(scene->description, setup.threads, workshop.quick ? 0.2 * kEnd : kEnd, scene->probe);
+            auto motion = step_world(scene->description, setup.threads, workshop.quick ? 0.4 * kEnd : kEnd, scene->probe);
             if (!motion) return std::unexpected(motion.error());
             Sample sample = to_sample(*motion, setup);
             const double tip = motion->tip[motion->tip.size() - 2];
