@@ -17,6 +17,8 @@ enum class EventKind : std::uint8_t {
   guard,       // an island is stepped more carefully, or normally again: `magnitude` is what was found
 };
 
+const char* name(EventKind kind);  // as spelled above
+
 struct Event {
   std::uint64_t sequence = 0;  // from 1, without gaps
   std::uint64_t step = 0;

@@ -23,7 +23,7 @@ guard::Rung World::Impl::rung(const islands::CompositeIsland& island) const {
 }
 
 void World::Impl::open_account(const islands::CompositeIsland& island) {
-  IslandAccount account{.soft = island.soft, .tolerance = solve_options(island).solve.tolerance};
+  IslandAccount account{.soft = island.soft};
   for (int b : island.soft) {
     if (!soft[b].frozen) account.energy += soft_energy[b].moving + soft_energy[b].gravitational;
   }
@@ -57,7 +57,7 @@ void World::Impl::watch() {
     if (!soft[b].frozen) soft_energy[b] = soft[b].energy(scene.gravity);
   }
   for (const IslandAccount& account : accounts) {
-    guard::Measurement island{.capped = account.capped, .residual = account.residual, .tolerance = account.tolerance};
+    guard::Measurement island{.capped = account.capped, .residual = account.residual};
     double now = 0, work = account.work;
     bool holds = true;
     for (int b : account.soft) {

@@ -46,7 +46,7 @@ struct World::Impl {
     double energy = 0;                    // of all of them, before that step [J]
     double work = 0;                      // done on them in it, but for commands and prescribed nodes [J]
     bool capped = false;
-    double residual = 0, tolerance = 0;
+    double residual = 0;
   };
   std::vector<IslandAccount> accounts;    // of the last step
 

@@ -89,7 +89,7 @@ islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland
     options.solve.max_iterations = std::max(options.solve.max_iterations, material.cg_max_iterations);
   }
   if (rung(island) >= guard::Rung::more_iterations) {
-    options.solve.tolerance /= 10;
+    options.solve.tolerance = std::max(1e-10, guard::kTolerance * options.solve.tolerance);
     options.solve.max_iterations *= guard::kIterations;
   }
   return options;

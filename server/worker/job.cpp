@@ -34,11 +34,6 @@ std::string record_name(int step) {
   return name.str();
 }
 
-const char* kind_name(sim::EventKind kind) {
-  static constexpr const char* names[] = {"fracture", "topology", "dent", "script", "solver", "frozen"};
-  return names[static_cast<int>(kind)];
-}
-
 // A field of a CSV file: quoted, quotes doubled.
 std::string quoted(const std::string& value) {
   std::string result = "\"";
@@ -77,7 +72,7 @@ class Output {
       if (recording_) {
         if (auto written = recording_->write_event(event); !written) return written;
       }
-      events_ << event.sequence << ',' << event.step << ',' << event.time << ',' << kind_name(event.kind) << ',' << event.body << ','
+      events_ << event.sequence << ',' << event.step << ',' << event.time << ',' << sim::name(event.kind) << ',' << event.body << ','
               << event.point.x() << ',' << event.point.y() << ',' << event.point.z() << ',' << event.magnitude << ','
               << event.count << ',' << event.fragments << ',' << quoted(event.message) << '\n';
     }

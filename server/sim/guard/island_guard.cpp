@@ -10,18 +10,20 @@ Rung next(Rung rung) { return static_cast<Rung>(static_cast<int>(rung) + 1); }
 Rung previous(Rung rung) { return static_cast<Rung>(static_cast<int>(rung) - 1); }
 
 // What is beyond its bound, the gravest first.
-std::optional<Finding> breach(const Measurement& m, const BodyGuard& guard) {
-  const double floor = 0.5 * m.mass * kFloorSpeed * kFloorSpeed;
-  const double energy_bound = std::max(floor, kEnergyPart * guard.energy);
-  if (guard.surplus > energy_bound) return Finding{Quantity::energy, guard.surplus, energy_bound};
+std::optional<Finding> breach(const Measurement& m, const BodyGuard& guard, double energy_bound) {
+  if (guard.growing_steps >= kInARow) return Finding{Quantity::energy, guard.surplus, energy_bound};
   if (guard.inverted_steps > kPatience) {
     return Finding{Quantity::inverted, static_cast<double>(m.inverted), 0};
   }
-  if (guard.capped_steps > kPatience / 2) return Finding{Quantity::residual, m.residual, m.tolerance};
+  if (guard.capped_steps >= kInARow) return Finding{Quantity::residual, m.residual, kResidual};
   return std::nullopt;
 }
 
-Rung top(Quantity quantity) { return quantity == Quantity::energy ? Rung::frozen : Rung::sub_steps; }
+Rung top(Quantity quantity, const Measurement& m, const BodyGuard& guard) {
+  if (quantity == Quantity::residual) return Rung::more_iterations;
+  const bool runs_away = quantity == Quantity::energy && m.energy > kRunaway * guard.energy_at_alarm;
+  return runs_away ? Rung::frozen : Rung::sub_steps;
+}
 
 }  // namespace
 
@@ -31,10 +33,13 @@ std::optional<Finding> watch(const Measurement& m, BodyGuard& guard) {
   guard.surplus = std::max(0.0, decay * guard.surplus + m.surplus);
   guard.energy = std::max(m.energy, decay * guard.energy);
   guard.inverted_steps = m.inverted > 0 ? guard.inverted_steps + 1 : 0;
-  guard.capped_steps = m.capped ? guard.capped_steps + 1 : 0;
+  guard.capped_steps = m.capped && m.residual > kResidual ? guard.capped_steps + 1 : 0;
+  const double floor = 0.5 * m.mass * kFloorSpeed * kFloorSpeed;
+  const double energy_bound = std::max(floor, kEnergyPart * guard.energy);
+  guard.growing_steps = guard.surplus > energy_bound ? guard.growing_steps + 1 : 0;
   ++guard.steps_on_rung;
 
-  std::optional<Finding> found = breach(m, guard);
+  std::optional<Finding> found = breach(m, guard, energy_bound);
   if (!found) {
     if (guard.rung == Rung::normal || ++guard.calm_steps < kCalm) return std::nullopt;
     guard.calm_steps = guard.steps_on_rung = 0;
@@ -43,10 +48,11 @@ std::optional<Finding> watch(const Measurement& m, BodyGuard& guard) {
   }
   guard.calm_steps = 0;
   const bool waits = guard.rung != Rung::normal && guard.steps_on_rung < kPatience;
-  if (waits || guard.rung >= top(found->quantity)) return std::nullopt;
+  if (waits || guard.rung >= top(found->quantity, m, guard)) return std::nullopt;
+  if (guard.rung == Rung::normal) guard.energy_at_alarm = std::max(guard.energy, floor);
   guard.rung = found->rung = next(guard.rung);
   guard.steps_on_rung = 0;
-  guard.surplus = 0;  // the new rung is judged by what happens on it
+  guard.surplus = guard.growing_steps = 0;  // the new rung is judged by what happens on it
   return found;
 }
 

@@ -8,17 +8,18 @@
 //
 // | quantity   | what is measured in a step                                   | bound                          | top rung      |
 // |------------|--------------------------------------------------------------|--------------------------------|---------------|
-// | energy     | growth beyond the work done on the island, summed over steps | 5 % of its energy, or that of  | frozen        |
-// |            | and halved every kHalfLife of them                           | kFloorSpeed, if that is more   |               |
+// | energy     | growth beyond the work done on the island, summed over steps | 5 % of its energy, or that of  | sub_steps;    |
+// |            | and halved every kHalfLife of them, kInARow steps in a row   | kFloorSpeed, if that is more   | frozen beyond |
+// |            |                                                              |                                | kRunaway      |
 // | inverted   | tets of negative volume, in how many steps in a row          | kPatience                      | sub_steps     |
-// | residual   | solves that ended at their cap, in a row                     | kPatience / 2                  | sub_steps     |
+// | residual   | of solves that ended at their cap, kInARow steps in a row    | kResidual                      | more_iterations |
 // | state      | positions or velocities that are not finite                  | none                           | frozen        |
 namespace crumple::sim::guard {
 
 // What is done about it, one rung after the other, each in addition to those before.
 enum class Rung : std::uint8_t {
   normal,
-  more_iterations,  // of the solve: kIterations times the cap, a tenth of the tolerance
+  more_iterations,  // of the solve: kIterations times the cap, kTolerance times the tolerance
   safe_rotation,    // sign-corrected SVD, whatever the material says
   sub_steps,        // the island takes kSubSteps steps in one
   frozen,           // held where it last was
@@ -28,9 +29,13 @@ enum class Quantity : std::uint8_t { energy, inverted, residual, state };
 inline constexpr int kPatience = 10;     // steps on a rung before the next one
 inline constexpr int kCalm = 120;        // steps without a finding before a rung is left again
 inline constexpr int kHalfLife = 10;     // steps
+inline constexpr int kInARow = 4;        // steps: a linearised step stores energy and gives it back in the next
+inline constexpr double kRunaway = 10;   // times the energy there was when the first rung was climbed
+inline constexpr double kResidual = 0.05;  // relative: what a cap may leave without a word
 inline constexpr double kEnergyPart = 0.05;
 inline constexpr double kFloorSpeed = 0.1;  // [m/s] of the whole body: less is not worth a word
 inline constexpr int kIterations = 4;
+inline constexpr double kTolerance = 1e-3;
 inline constexpr int kSubSteps = 4;
 
 // One body's part in one step, and its island's energy.
@@ -41,7 +46,6 @@ struct Measurement {
   int inverted = 0;     // tets
   bool capped = false;
   double residual = 0;  // relative, of the last solve
-  double tolerance = 0;
 };
 
 // State, one a body.
@@ -49,6 +53,8 @@ struct BodyGuard {
   Rung rung = Rung::normal;
   double surplus = 0;      // [J], decaying
   double energy = 0;       // [J], the largest of late, decaying
+  double energy_at_alarm = 0;  // [J], when the first rung was climbed
+  int growing_steps = 0;   // in a row
   int inverted_steps = 0;  // in a row
   int capped_steps = 0;
   int steps_on_rung = 0;

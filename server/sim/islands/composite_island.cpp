@@ -138,8 +138,8 @@ linear_solver::SolveReport solve_pass(const System& system, const ContactRows& r
   return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options, workspace, pool);
 }
 
-// What the rows did to rigid bodies; where the solve was not finished, also what its velocities say besides, at the centre
-// of mass, so that no momentum is lost.
+// What the rows did to rigid bodies, and what the solve's velocities say besides, at the centre of mass: no momentum is
+// lost to the tolerance.
 void gather_rigid_outcome(const CompositeIsland& island, std::span<const IslandBody> bodies,
                           std::span<const int> first_block, IslandSolution& solution) {
   for (const int body : island.rigid) {
@@ -163,7 +163,6 @@ void gather_rigid_outcome(const CompositeIsland& island, std::span<const IslandB
     push(row, 0, row.impulse());
     push(row, 1, -row.impulse());
   }
-  if (solution.report.converged) return;
   for (std::size_t k = 0; k < island.rigid.size(); ++k) {
     solution.impulses.push_back({island.rigid[k], com[k], missing[k], island.rigid[k]});
   }

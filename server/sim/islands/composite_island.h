@@ -55,7 +55,7 @@ struct ContactImpulse {
   int body;
   Vec3 point_W;    // [m]
   Vec3 impulse_W;  // [N s]
-  int other;       // body or plane that it comes from, as in detection; the body itself: the rest of an unfinished solve
+  int other;       // body or plane that it comes from, as in detection; the body itself: what the tolerance left
 };
 
 struct IslandSolution {
