@@ -98,23 +98,11 @@ void World::Impl::watch() {
 void World::Impl::sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before,
                            IslandAccount& account, StepReport& report) {
   const double h = scene.dt / guard::kSubSteps;
-  static const contact::CollisionMesh nothing;
-  // Whoever is not in the island is out of reach, but for what does not move.
-  std::vector<contact::CollisionBody> bodies = collision_bodies;
-  std::vector<islands::IslandBody> unknowns(bodies.size());
+  auto [bodies, unknowns] = alone(island);
   std::vector<std::vector<Vec3>> rigid_x(bodies.size());
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const bool is_soft = std::ranges::binary_search(island.soft, static_cast<int>(b));
-    const bool is_rigid = std::ranges::binary_search(island.rigid, static_cast<int>(b));
-    if (is_rigid) {
-      rigid_x[b].assign(bodies[b].x.begin(), bodies[b].x.end());
-      bodies[b].x = rigid_x[b];
-    }
-    if (is_soft || is_rigid) unknowns[b] = island_bodies[b];
-    if (!is_soft && !is_rigid && (b < soft.size() || bodies[b].rigid->movable)) {
-      bodies[b].mesh = &nothing;
-      bodies[b].x = bodies[b].v = {};
-    }
+  for (int b : island.rigid) {
+    rigid_x[b].assign(bodies[b].x.begin(), bodies[b].x.end());
+    bodies[b].x = rigid_x[b];
   }
   contact::FrictionMemory memory = before;
   for (int part = 0; part < guard::kSubSteps; ++part) {

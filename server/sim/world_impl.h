@@ -65,6 +65,7 @@ struct World::Impl {
   std::vector<islands::CompositeIsland> composite;
   std::vector<contact::ContactRow> rows;
   std::vector<char> was_capped;                          // one a soft body: its last solve ended at its cap
+  std::vector<FractureOutcome> broken;                   // one a soft body: in this step so far
   std::vector<SoftBody::Energy> soft_energy;             // one a soft body, after assemble
 
   double time() const { return static_cast<double>(step) * scene.dt; }
@@ -92,6 +93,16 @@ struct World::Impl {
             StepReport& report);
   void sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before, IslandAccount& account,
                 StepReport& report);
+  bool break_ahead(const islands::CompositeIsland& island, const islands::IslandSolution& solution, int round);
+  void solve_broken(const islands::CompositeIsland& island, const contact::FrictionMemory& before, int round,
+                    IslandAccount& account, StepReport& report);
+  // Bodies as contact and solve see them if there were only this island and what does not move.
+  struct Alone {
+    std::vector<contact::CollisionBody> bodies;
+    std::vector<islands::IslandBody> unknowns;
+  };
+  Alone alone(const islands::CompositeIsland& island) const;
+  contact::CollisionBody collision_body(const SoftBody& body) const;
   double contact_work(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
                       std::span<const islands::IslandBody> bodies) const;
 

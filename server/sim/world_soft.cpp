@@ -3,6 +3,7 @@
 #include "server/sim/world_impl.h"
 
 #include <algorithm>
+#include <utility>
 
 // The stages around the implicit solve: prescribed motion, contact, assembly, composite islands, and what happens to
 // finite-element bodies after it.
@@ -17,6 +18,11 @@ void World::Impl::prescribe_motion() {
   }
 }
 
+contact::CollisionBody World::Impl::collision_body(const SoftBody& body) const {
+  return {.mesh = &body.collision, .x = body.state.x, .v = body.state.v, .fixed = body.fixed,
+          .friction = body.material().friction};
+}
+
 void World::Impl::detect_contact(StepReport& report) {
   rows.clear();
   collision_bodies.clear();
@@ -25,8 +31,7 @@ void World::Impl::detect_contact(StepReport& report) {
   if (soft.empty()) return;
 
   for (const SoftBody& body : soft) {
-    collision_bodies.push_back({.mesh = &body.collision, .x = body.state.x, .v = body.state.v, .fixed = body.fixed,
-                                .friction = body.material().friction});
+    collision_bodies.push_back(collision_body(body));
     collision_ids.push_back(body.id);
   }
   const auto motion = [&](BodyId id) {
@@ -96,6 +101,7 @@ islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland
 }
 
 void World::Impl::solve(StepReport& report) {
+  broken.assign(soft.size(), {});
   if (soft.empty()) return;
   island_bodies = bodies_for_islands();
   composite = islands::composite_islands(island_bodies, std::move(rows));
@@ -114,14 +120,20 @@ void World::Impl::solve(StepReport& report) {
   const std::span<islands::CompositeIsland> in_one(composite.data(), whole_count);
   std::vector<islands::IslandOptions> options;
   for (const islands::CompositeIsland& island : in_one) options.push_back(solve_options(island));
-  const contact::FrictionMemory before = whole_count < composite.size() ? friction : contact::FrictionMemory{};
+  const contact::FrictionMemory before = friction;
   const auto solutions = islands::solve_all(in_one, island_bodies, options, friction, pool);
+  friction.entries.clear();
   for (std::size_t i = 0; i < whole_count; ++i) {
+    if (break_ahead(composite[i], solutions[i], 0)) {
+      solve_broken(composite[i], before, 0, accounts[i], report);
+      continue;
+    }
     accounts[i].work += contact_work(composite[i], solutions[i], island_bodies);
     take(composite[i], solutions[i], scene.dt, accounts[i], report);
+    contact::remember_friction(composite[i].rows, friction);
   }
   for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
-  if (whole_count < composite.size()) contact::sort(friction);
+  contact::sort(friction);
 }
 
 // What a solve over h [s] means for bodies, reports and events.
@@ -165,17 +177,19 @@ void World::Impl::plastic_flow() {
 
 void World::Impl::fracture(StepReport& report) {
   bool broke = false;
-  for (SoftBody& body : soft) {
-    const FractureOutcome outcome = body.fracture(scene.seed, step, pool);
+  for (std::size_t b = 0; b < soft.size(); ++b) {
+    FractureOutcome& outcome = broken[b];
+    outcome += soft[b].fracture(scene.seed, step, pool);
     if (outcome.splits == 0) continue;
     broke = true;
     report.splits += outcome.splits;
-    Event& event = add_event(EventKind::fracture, body.id);
+    const BodyId id = soft[b].id;
+    Event& event = add_event(EventKind::fracture, id);
     event.point = outcome.point;
     event.count = outcome.splits;
     event.fragments = outcome.fragments;
-    event.message = text(scene.bodies[body.id].name, " breaks: ", outcome.splits, " splits, ", outcome.fragments, " pieces");
-    rebuild_topology(body.id);
+    event.message = text(scene.bodies[id].name, " breaks: ", outcome.splits, " splits, ", outcome.fragments, " pieces");
+    rebuild_topology(id);
   }
   if (!broke) return;
   ++topology.epoch;

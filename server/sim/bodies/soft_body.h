@@ -21,6 +21,12 @@ struct FractureOutcome {
   int splits = 0;
   int fragments = 1;            // face-connected components afterwards
   Vec3 point = Vec3::Zero();    // of the first split, in W [m]
+
+  void operator+=(const FractureOutcome& later) {
+    if (splits == 0) point = later.point;
+    splits += later.splits;
+    fragments = later.fragments;
+  }
 };
 
 // One finite-element body of a world: rest data, state, and what the stages of a step do to it.
@@ -68,6 +74,9 @@ class SoftBody {
   void plastic_flow(double dt, double creep_dt, const ThreadPool& pool);
   // Separation tensors and node splitting (section 5). After a split the topology is another.
   FractureOutcome fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool);
+  // The same where v+ would take the body; positions and velocities stay those of before. `round`: of several in a step.
+  FractureOutcome fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, std::uint64_t seed,
+                                 std::uint64_t step, int round, const ThreadPool& pool);
 
   // Spreads an impulse [N s] over the nodes within radius of a point by a smooth kernel times their mass; on the nearest
   // node if there is none.
@@ -89,6 +98,8 @@ class SoftBody {
     std::vector<Vec3> at_start;
   };
   void topology_changed();
+  bool may_break(std::uint64_t step) const;
+  std::vector<int> split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool, FractureOutcome& outcome);
   std::vector<float> node_values() const;
 
   std::string name_;
@@ -110,6 +121,7 @@ class SoftBody {
   std::vector<int> draw_nodes_;                 // surface nodes, ascending
   std::vector<Triangle> draw_triangles_;        // ids into draw_nodes_
   int last_fragments_ = 1;
+  bool whole_ahead_ = false;                    // fracture_ahead found nothing at the end of this step
   NodeStars stars_;
   fracture::FractureScratch fracture_scratch_;
 };

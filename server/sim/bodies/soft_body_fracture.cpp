@@ -2,41 +2,78 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace crumple::sim {
 
-// Parker & O'Brien 2009, section 5, at the positions that the step has just reached.
-FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool) {
-  const fem::FemMaterial& m = material();
-  if (frozen || !m.breakable || step % m.fracture_interval != 0) return {.fragments = last_fragments_};
+bool SoftBody::may_break(std::uint64_t step) const {
+  return !frozen && material().breakable && step % material().fracture_interval == 0;
+}
 
-  // A yielding material's flow has left the elements at these positions already.
-  if (!std::isfinite(m.yield)) {
-    fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
-  }
+// Parker & O'Brien 2009, section 5, at state.x, where the elements are up to date. Returns the new nodes' origins.
+std::vector<int> SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool,
+                                       FractureOutcome& outcome) {
   const std::uint64_t own_seed = seed ^ (0x9e3779b97f4a7c15ULL * (id + 1));  // bodies break in different orders
   const fracture::SplitReport report =
       fracture::fracture_step(rest, system.elements, own_seed, step, pool, tets, state, stars_, fracture_scratch_);
-  if (report.splits.empty()) return {.fragments = last_fragments_};
+  outcome = {.fragments = last_fragments_};
+  if (report.splits.empty()) return {};
 
   fracture::extend_by_origin(X, report.origin);
   fracture::extend_by_origin(fixed, report.origin);
+  const int first_copy = node_count() - static_cast<int>(report.origin.size());
   changed_while_prescribed_ = true;
-  for (DrivenNodes& driven : driven_) {
-    const std::vector<int> before = driven.motion.nodes;
+  const auto copies_of = [&](int node, const auto& add) {
     for (std::size_t k = 0; k < report.origin.size(); ++k) {
-      const auto at = std::find(before.begin(), before.end(), report.origin[k]);
-      if (at == before.end()) continue;
-      driven.motion.nodes.push_back(node_count() - static_cast<int>(report.origin.size()) + static_cast<int>(k));
-      driven.at_start.push_back(driven.at_start[at - before.begin()]);
+      if (report.origin[k] == node) add(first_copy + static_cast<int>(k));
+    }
+  };
+  for (DrivenNodes& driven : driven_) {
+    for (std::size_t at = 0, count = driven.motion.nodes.size(); at < count; ++at) {
+      copies_of(driven.motion.nodes[at], [&](int copy) {
+        driven.motion.nodes.push_back(copy);
+        driven.at_start.push_back(driven.at_start[at]);
+      });
     }
   }
+  for (std::size_t at = 0, count = prescribed_.size(); at < count; ++at) {
+    const Vec3 velocity = prescribed_[at].velocity;
+    copies_of(prescribed_[at].node, [&](int copy) { prescribed_.push_back({copy, velocity}); });
+  }
+  if (command_force_.size() > 0) command_force_.conservativeResizeLike(Eigen::VectorXd::Zero(3 * node_count()));
   fem::update_node_mass(rest, tets, node_count());
   topology_changed();
   last_fragments_ = report.fragments;
 
-  FractureOutcome outcome{.splits = static_cast<int>(report.splits.size()), .fragments = report.fragments};
+  outcome = {.splits = static_cast<int>(report.splits.size()), .fragments = report.fragments};
   outcome.point = report.splits.front().point;
+  return report.origin;
+}
+
+FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool) {
+  FractureOutcome outcome{.fragments = last_fragments_};
+  const bool yields = std::isfinite(material().yield);
+  const bool whole = std::exchange(whole_ahead_, false) && !yields;
+  if (!may_break(step) || whole) return outcome;
+  // A yielding material's flow has left the elements at these positions already.
+  if (!yields) fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
+  split_nodes(seed, step, pool, outcome);
+  return outcome;
+}
+
+FractureOutcome SoftBody::fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, std::uint64_t seed,
+                                         std::uint64_t step, int round, const ThreadPool& pool) {
+  FractureOutcome outcome{.fragments = last_fragments_};
+  if (!may_break(step) || !v_plus.allFinite()) return outcome;
+  std::vector<Vec3> x = state.x, v = state.v;
+  for (int n = 0; n < node_count(); ++n) state.x[n] += dt * v_plus.segment<3>(3 * n);
+  fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
+  const std::vector<int> origin = split_nodes(seed + static_cast<std::uint64_t>(round), step, pool, outcome);
+  fracture::extend_by_origin(x, origin);
+  fracture::extend_by_origin(v, origin);
+  state.x = std::move(x);
+  state.v = std::move(v);
+  whole_ahead_ = outcome.splits == 0;
   return outcome;
 }
 

@@ -1,0 +1,73 @@
+#include "server/sim/world_impl.h"
+
+#include <algorithm>
+
+// Contact against what breaks under it. Parker & O'Brien (2009) solve a step against the mesh as it was when the step began,
+// so that a projectile stops at a pane before the pane breaks. Here an island is looked at where its solve would take it;
+// what breaks there breaks now, and the island is solved again from the start of the step, against its pieces.
+namespace crumple::sim {
+namespace {
+
+constexpr int kMaxRounds = 4;  // solves again in one step
+
+bool touches(const islands::CompositeIsland& island, int body) {
+  return std::ranges::any_of(island.rows, [&](const contact::ContactRow& row) {
+    return row.active && row.lambda_n > 0 && (row.sides[0].body == body || row.sides[1].body == body);
+  });
+}
+
+}  // namespace
+
+World::Impl::Alone World::Impl::alone(const islands::CompositeIsland& island) const {
+  static const contact::CollisionMesh nothing;
+  Alone result{collision_bodies, std::vector<islands::IslandBody>(collision_bodies.size())};
+  for (std::size_t b = 0; b < result.bodies.size(); ++b) {
+    contact::CollisionBody& body = result.bodies[b];
+    const auto among = [&](const std::vector<int>& bodies) { return std::ranges::binary_search(bodies, static_cast<int>(b)); };
+    if (among(island.soft) || among(island.rigid)) {
+      result.unknowns[b] = island_bodies[b];
+    } else if (b < soft.size() || body.rigid->movable) {
+      body.mesh = &nothing;
+      body.x = body.v = {};
+      body.fixed = {};
+    }
+  }
+  return result;
+}
+
+bool World::Impl::break_ahead(const islands::CompositeIsland& island, const islands::IslandSolution& solution, int round) {
+  if (round >= kMaxRounds || !solution.finite) return false;
+  bool any = false;
+  for (std::size_t k = 0; k < island.soft.size(); ++k) {
+    const int b = island.soft[k];
+    if (!soft[b].material().breakable || !touches(island, b)) continue;
+    const FractureOutcome outcome =
+        soft[b].fracture_ahead(solution.soft_velocity(static_cast<int>(k)), scene.dt, scene.seed, step, round, pool);
+    broken[b] += outcome;
+    any = any || outcome.splits > 0;
+  }
+  return any;
+}
+
+void World::Impl::solve_broken(const islands::CompositeIsland& island, const contact::FrictionMemory& before, int round,
+                               IslandAccount& account, StepReport& report) {
+  for (int b : island.soft) {
+    collision_bodies[b] = collision_body(soft[b]);
+    soft[b].assemble_part(scene.gravity, scene.dt, pool);
+  }
+  const auto [bodies, unknowns] = alone(island);
+  auto pieces = islands::composite_islands(
+      unknowns, contact::detect({bodies, planes, scene.gravity, scene.dt, scene.contact}, pool));
+  for (islands::CompositeIsland& piece : pieces) {
+    const islands::IslandSolution solution = islands::solve(piece, unknowns, solve_options(piece), before, pool);
+    if (break_ahead(piece, solution, round + 1)) {
+      solve_broken(piece, before, round + 1, account, report);
+      continue;
+    }
+    account.work += contact_work(piece, solution, unknowns);
+    take(piece, solution, scene.dt, account, report);
+    contact::remember_friction(piece.rows, friction);
+  }
+}
+
+}  // namespace crumple::sim
