@@ -14,8 +14,8 @@ namespace eb = example_based;
 namespace {
 
 // Collision shape and mass properties follow when a vertex has moved by this part of the body's size since they were
-// taken, and when the shape comes to rest. Hulls are as coarse as that themselves (kRestShortfall in hull_points.cpp).
-constexpr double kShapeLag = 5e-4;
+// taken, and when the shape comes to rest. Hulls of examples are coarser themselves (kExampleShortfall in hull_points.cpp).
+constexpr double kShapeLag = 2e-3;
 
 }  // namespace
 
