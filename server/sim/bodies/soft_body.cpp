@@ -129,6 +129,7 @@ void SoftBody::assemble(const Vec3& gravity, double dt, const ThreadPool& pool) 
 }
 
 void SoftBody::assemble_part(const Vec3& gravity, double h, const ThreadPool& pool) {
+  whole_ahead_ = false;  // of another solve
   Eigen::VectorXd f_ext(3 * node_count());
   for (int n = 0; n < node_count(); ++n) f_ext.segment<3>(3 * n) = rest.node_mass[n] * gravity;
   if (command_force_.size() > 0) f_ext += command_force_;
