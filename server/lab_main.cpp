@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 
@@ -118,6 +119,9 @@ struct BenchCommand {
       description = lab::barrels_scene(seed);
       options.steps = 1000;
     } else {
+      if (!std::filesystem::exists(scene)) {
+        return fail({ErrorCode::invalid_argument, "scene", "is " + scene + ", must be beam, pile, panel, barrels or a scene file"});
+      }
       auto loaded = io::load_scene(scene);
       if (!loaded) return fail(loaded.error());
       description = std::move(loaded->scene);

@@ -190,7 +190,7 @@ TEST_P(ShippedScene, Loads) {
   EXPECT_EQ(loaded->scene.name, GetParam());
   // A scene is for 2 cores: what moves fast must not pass through what is thin.
   for (const sim::BodyDescription& body : loaded->scene.bodies)
-    EXPECT_LT(body.velocity.norm() * loaded->scene.dt, 0.11) << body.name;
+    EXPECT_LT(body.velocity.norm() * loaded->scene.dt, 0.13) << body.name;  // [m]; barrels are 0.64 m thick
 }
 
 INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene, testing::Values("pane", "barrels", "crash"),
