@@ -43,7 +43,7 @@ class ChildProcess {
     std::string line;
     char c = 0;
     pollfd ready{out_, POLLIN, 0};
-    while (poll(&ready, 1, 20'000) == 1 && read(out_, &c, 1) == 1 && c != '\n') line += c;
+    while (poll(&ready, 1, 120'000) == 1 && read(out_, &c, 1) == 1 && c != '\n') line += c;
     return line;
   }
 
@@ -57,7 +57,7 @@ class ChildProcess {
     char rest[256];
     pollfd ready{out_, POLLIN, 0};
     ssize_t count = 1;
-    while (count > 0 && poll(&ready, 1, 20'000) == 1) count = read(out_, rest, sizeof rest);
+    while (count > 0 && poll(&ready, 1, 120'000) == 1) count = read(out_, rest, sizeof rest);
     if (count > 0) kill(pid_, SIGKILL);
     int status = 0;
     waitpid(pid_, &status, 0);
