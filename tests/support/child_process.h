@@ -38,7 +38,7 @@ class ChildProcess {
 
   bool started() const { return pid_ > 0; }
 
-  // The next line without its end; what came until then if the output ends, or after 20 s.
+  // The next line without its end; what came until then if the output ends, or after 120 s.
   std::string read_line() {
     std::string line;
     char c = 0;
@@ -52,7 +52,7 @@ class ChildProcess {
     kill(pid_, signal);
     return wait();
   }
-  // Waits for its end, 20 s at most: then it is killed.
+  // Waits for its end, 120 s at most: then it is killed.
   int wait() {
     char rest[256];
     pollfd ready{out_, POLLIN, 0};
