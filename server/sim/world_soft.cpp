@@ -106,23 +106,18 @@ void World::Impl::solve(StepReport& report) {
   island_bodies = bodies_for_islands();
   composite = islands::composite_islands(island_bodies, std::move(rows));
   rows.clear();
-  accounts.clear();
-  for (const islands::CompositeIsland& island : composite) open_account(island);
-
   // Islands that the guard lets take smaller steps come after the others.
   const auto whole = std::stable_partition(composite.begin(), composite.end(), [&](const islands::CompositeIsland& island) {
     return rung(island) < guard::Rung::sub_steps;
   });
-  std::stable_partition(accounts.begin(), accounts.end(), [&](const IslandAccount& account) {
-    return rung({.soft = account.soft}) < guard::Rung::sub_steps;
-  });
+  accounts.clear();
+  for (const islands::CompositeIsland& island : composite) open_account(island);
   const std::size_t whole_count = static_cast<std::size_t>(whole - composite.begin());
   const std::span<islands::CompositeIsland> in_one(composite.data(), whole_count);
   std::vector<islands::IslandOptions> options;
   for (const islands::CompositeIsland& island : in_one) options.push_back(solve_options(island));
-  const contact::FrictionMemory before = friction;
-  const auto solutions = islands::solve_all(in_one, island_bodies, options, friction, pool);
-  friction.entries.clear();
+  const contact::FrictionMemory before = std::exchange(friction, {});
+  const auto solutions = islands::solve_all(in_one, island_bodies, options, before, pool);
   for (std::size_t i = 0; i < whole_count; ++i) {
     if (break_ahead(composite[i], solutions[i], 0)) {
       solve_broken(composite[i], before, 0, accounts[i], report);

@@ -72,7 +72,6 @@ const char* name(Quantity quantity) {
     case Quantity::energy: return "energy without work [J]";
     case Quantity::inverted: return "inverted tets that stay";
     case Quantity::residual: return "relative residual of the solve";
-    case Quantity::state: return "a state that is not finite";
   }
   return "";
 }

@@ -13,7 +13,8 @@
 // |            |                                                              |                                | kRunaway      |
 // | inverted   | tets of negative volume, in how many steps in a row          | kPatience                      | sub_steps     |
 // | residual   | of solves that ended at their cap, kInARow steps in a row    | kResidual                      | more_iterations |
-// | state      | positions or velocities that are not finite                  | none                           | frozen        |
+//
+// A state that is not finite needs no watching: SoftBody::advance holds the body at once, and its guard is frozen.
 namespace crumple::sim::guard {
 
 // What is done about it, one rung after the other, each in addition to those before.
@@ -24,7 +25,7 @@ enum class Rung : std::uint8_t {
   sub_steps,        // the island takes kSubSteps steps in one
   frozen,           // held where it last was
 };
-enum class Quantity : std::uint8_t { energy, inverted, residual, state };
+enum class Quantity : std::uint8_t { energy, inverted, residual };
 
 inline constexpr int kPatience = 10;     // steps on a rung before the next one
 inline constexpr int kCalm = 120;        // steps without a finding before a rung is left again

@@ -243,16 +243,13 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
 }
 
 std::vector<IslandSolution> solve_all(std::span<CompositeIsland> islands, std::span<const IslandBody> bodies,
-                                      std::span<const IslandOptions> options, contact::FrictionMemory& memory,
+                                      std::span<const IslandOptions> options, const contact::FrictionMemory& memory,
                                       const ThreadPool& pool) {
   assert(options.size() == islands.size());
   std::vector<IslandSolution> solutions(islands.size());
   pool.for_chunks(static_cast<int>(islands.size()), 1, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) solutions[k] = solve(islands[k], bodies, options[k], memory, pool);
   });
-  memory.entries.clear();
-  for (const CompositeIsland& island : islands) contact::remember_friction(island.rows, memory);
-  contact::sort(memory);
   return solutions;
 }
 

@@ -82,9 +82,9 @@ struct IslandSolution {
 IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies, const IslandOptions& options,
                      const contact::FrictionMemory& memory, const ThreadPool& pool);
 
-// All islands, several at a time; carries friction in and out of `memory`. options: one per island.
+// All islands, several at a time. options: one per island. The caller remembers the friction of those rows that it keeps.
 std::vector<IslandSolution> solve_all(std::span<CompositeIsland> islands, std::span<const IslandBody> bodies,
-                                      std::span<const IslandOptions> options, contact::FrictionMemory& memory,
+                                      std::span<const IslandOptions> options, const contact::FrictionMemory& memory,
                                       const ThreadPool& pool);
 
 }  // namespace crumple::sim::islands

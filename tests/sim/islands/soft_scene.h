@@ -141,6 +141,9 @@ struct SoftScene {
     islands = composite_islands(bodies, rows);
     const IslandOptions options{solve, passes, settings.raw_damping};
     solutions = solve_all(islands, bodies, std::vector(islands.size(), options), memory, *pool);
+    memory.entries.clear();
+    for (const CompositeIsland& island : islands) contact::remember_friction(island.rows, memory);
+    contact::sort(memory);
     advance();
   }
 

@@ -145,6 +145,7 @@ export class Stage {
     for (const body of this.bodies) body.mesh.updateWorldMatrix(false, false);
     const loose = this.bodies.filter((body) => body.model !== 'fixed');
     const fixed = this.bodies.filter((body) => body.model === 'fixed');
+    const walls = fixed.map((body) => body.mesh);
     const centres = [];
     const box = new THREE.Box3();
     for (const body of loose.length ? loose : fixed) {
@@ -154,7 +155,7 @@ export class Stage {
     }
     if (box.isEmpty()) box.set(new THREE.Vector3(-2, 0, -2), new THREE.Vector3(2, 2, 2));
     const down = new THREE.Raycaster(box.getCenter(new THREE.Vector3()), new THREE.Vector3(0, -1, 0), 0, 20);
-    const under = down.intersectObjects(fixed.map((body) => body.mesh), false);
+    const under = down.intersectObjects(walls, false);
     if (under.length) box.min.y = Math.min(box.min.y, under.at(-1).point.y);
 
     const centre = box.getCenter(new THREE.Vector3());
@@ -166,7 +167,7 @@ export class Stage {
       const hidden = [...centres, centre].filter((point) => {
         const way = point.clone().sub(from);
         const sight = new THREE.Raycaster(from, way.clone().normalize(), 0, 0.98 * way.length());
-        return sight.intersectObjects(fixed.map((body) => body.mesh), false).length > 0;
+        return sight.intersectObjects(walls, false).length > 0;
       }).length;
       if (hidden < best.hidden) best = { hidden, from };
     }
