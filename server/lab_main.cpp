@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <map>
 
 using namespace crumple;
 using lab::Json;
@@ -90,6 +91,20 @@ struct BenchCommand {
   double young = 1e7;
   int threads = 1, steps = 0;
   std::uint64_t seed = 1;
+  std::string solver, precision;
+  double tolerance = 0;
+
+  // What the command line says in place of the scene.
+  void override_solver(sim::SceneDescription& description) const {
+    using sim::linear_solver::SolverKind;
+    const std::map<std::string, SolverKind> kinds{{"automatic", SolverKind::automatic}, {"jacobi", SolverKind::jacobi}, {"multigrid", SolverKind::multigrid}};
+    if (!solver.empty()) description.solver = kinds.at(solver);
+    if (!precision.empty()) description.float_solver = precision == "float";
+    for (sim::BodyDescription& body : description.bodies) {
+      auto* fem = std::get_if<sim::FemModel>(&body.model);
+      if (fem && tolerance > 0) fem->material.cg_tolerance = tolerance;
+    }
+  }
 
   int run() const {
     Result<sim::SceneDescription> description = std::unexpected(Error{});
@@ -129,6 +144,7 @@ struct BenchCommand {
     }
     if (!description) return fail(description.error());
     if (steps > 0) options.steps = steps;
+    override_solver(*description);
     const bool terminal = isatty(STDERR_FILENO);
     const auto result = lab::run_benchmark(*description, options, [&](int k) {
       if (terminal && (k % 10 == 0 || k == options.steps)) std::cerr << "\r" << scene << " " << k << "/" << options.steps << std::flush;
@@ -210,6 +226,9 @@ int main(int argc, char** argv) {
   b->add_option("--young", bench.young, "beam [Pa]")->capture_default_str();
   b->add_option("--damping", bench.damping, "beam: a,b of C = a M + b K")->capture_default_str();
   b->add_option("--seed", bench.seed, "barrels")->capture_default_str();
+  b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "multigrid"}));
+  b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));
+  b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));
   b->add_flag("--json", json, "the output is JSON always; accepted for scripts that say so");
   b->callback([&] { exit_code = bench.run(); });
 

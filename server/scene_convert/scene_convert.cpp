@@ -27,7 +27,18 @@ sim::ContactSettings to_contact(const v1::ContactSettings& message) {
   return contact;
 }
 
-void set_world(const v1::Scene& message, sim::SceneDescription& scene) {
+sim::linear_solver::SolverKind to_solver(int solver, Conversion& c) {
+  using sim::linear_solver::SolverKind;
+  switch (solver) {
+    case v1::Scene::AUTOMATIC: return SolverKind::automatic;
+    case v1::Scene::BLOCK_JACOBI: return SolverKind::jacobi;
+    case v1::Scene::MULTIGRID: return SolverKind::multigrid;
+    default: c.breach.require(false, "solver", "is " + std::to_string(solver) + ", must be AUTOMATIC, BLOCK_JACOBI or MULTIGRID");
+  }
+  return {};
+}
+
+void set_world(const v1::Scene& message, sim::SceneDescription& scene, Conversion& c) {
   scene.name = message.name();
   scene.gravity = to_vec3(message.has_gravity(), message.gravity(), scene.gravity);
   if (message.has_dt()) scene.dt = message.dt();
@@ -36,6 +47,7 @@ void set_world(const v1::Scene& message, sim::SceneDescription& scene) {
   if (message.has_rate_dt()) scene.rate_dt = message.rate_dt();
   if (message.has_float_solver()) scene.float_solver = message.float_solver();
   if (message.has_unguarded()) scene.unguarded = message.unguarded();
+  scene.solver = to_solver(message.solver(), c);
   if (message.has_seed()) scene.seed = message.seed();
   scene.contact = to_contact(message.contact());
 }
@@ -97,7 +109,7 @@ Result<sim::SceneDescription> to_scene(const v1::Scene& message, const MeshSourc
   sim::SceneDescription scene;
   c.breach.require(message.description().size() <= kMaxDescriptionBytes, "description",
                    "has " + std::to_string(message.description().size()) + " bytes, must have at most 65536");
-  set_world(message, scene);
+  set_world(message, scene, c);
   add_bodies(message, scene, c);
   if (c.breach.ok()) c.breach.take(sim::validate(scene));  // before the script, whose bodies these are
   add_script(message, scene, c);

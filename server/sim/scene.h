@@ -4,6 +4,7 @@
 #include "server/sim/command.h"
 #include "server/sim/example_based/example_set.h"
 #include "server/sim/fem/fem_material.h"
+#include "server/sim/linear_solver/solver_kind.h"
 #include "server/sim/mesh/surface_mesh.h"
 #include "server/sim/mesh/tet_mesh.h"
 
@@ -102,7 +103,8 @@ struct SceneDescription {
   int rigid_substeps = 1;     // Bullet's steps per step, [1, 100]
   double creep_dt = 1.0 / 60; // dt_ref of creep [s] (decision 7), [1e-6, 1]
   double rate_dt = 1.0 / 250; // dt_ref of alpha and lambda [s] (decision 7), [1e-6, 1]
-  bool float_solver = false;  // matrix and preconditioner in float
+  bool float_solver = false;  // matrix in float
+  linear_solver::SolverKind solver = linear_solver::SolverKind::automatic;
   bool unguarded = false;     // for studies: nothing but non-finite states is watched (guard/island_guard.h)
   ContactSettings contact;
   std::uint64_t seed = 1;     // of everything random: fracture order

@@ -26,6 +26,7 @@ World::Impl::Alone World::Impl::alone(const islands::CompositeIsland& island) co
     const auto among = [&](const std::vector<int>& bodies) { return std::ranges::binary_search(bodies, static_cast<int>(b)); };
     if (among(island.soft) || among(island.rigid)) {
       result.unknowns[b] = island_bodies[b];
+      if (b < soft.size()) result.unknowns[b].pieces = soft[b].pieces();
     } else if (b < soft.size() || body.rigid->movable) {
       body.mesh = &nothing;
       body.x = body.v = {};

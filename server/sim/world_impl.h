@@ -87,7 +87,7 @@ struct World::Impl {
 
   guard::Rung rung(const islands::CompositeIsland& island) const;  // the highest of its bodies'
   islands::IslandOptions solve_options(const islands::CompositeIsland& island) const;
-  std::vector<islands::IslandBody> bodies_for_islands() const;
+  std::vector<islands::IslandBody> bodies_for_islands();
   void open_account(const islands::CompositeIsland& island);
   void take(const islands::CompositeIsland& island, const islands::IslandSolution& solution, double h, IslandAccount& account,
             StepReport& report);

@@ -67,11 +67,15 @@ void World::Impl::assemble() {
   });
 }
 
-std::vector<islands::IslandBody> World::Impl::bodies_for_islands() const {
+std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
   std::vector<islands::IslandBody> bodies(collision_bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (b < soft.size()) {
       bodies[b].system = &soft[b].system;
+      bodies[b].X = &soft[b].X;
+      bodies[b].mean_tet_volume = soft[b].mean_tet_volume;
+      bodies[b].hierarchy = &soft[b].hierarchy;
+      bodies[b].pieces = soft[b].pieces();
       continue;
     }
     const BodyId id = collision_ids[b];
@@ -87,7 +91,7 @@ std::vector<islands::IslandBody> World::Impl::bodies_for_islands() const {
 }
 
 islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland& island) const {
-  islands::IslandOptions options{.solve = {0.5, 1}, .may_pull = scene.contact.raw_damping};
+  islands::IslandOptions options{.solve = {0.5, 1}, .may_pull = scene.contact.raw_damping, .solver = scene.solver};
   for (int b : island.soft) {
     const fem::FemMaterial& material = soft[b].material();
     options.solve.tolerance = std::min(options.solve.tolerance, material.cg_tolerance);

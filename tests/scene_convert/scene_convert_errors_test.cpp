@@ -51,6 +51,7 @@ const Bad kBad[] = {
      "is 0.5, must be below 0.5"},
     {"young", FEM("box {}", "material { young: nan }"), "bodies[0].fem.material.young", "nan"},
     {"toughness", FEM("box {}", "material { toughness: -3 }"), "bodies[0].fem.material.toughness", "above 0"},
+    {"solver", "solver: 9", "solver", "is 9"},
     {"rotation_rule", FEM("box {}", "material { rotation: 5 }"), "bodies[0].fem.material.rotation", "is 5"},
 
     {"no_source", FEM("", ""), "bodies[0].fem.mesh", "has no source"},

@@ -37,6 +37,7 @@ TEST(SceneConvert, MissingFieldsTakeTheDefaultsOfTheScene) {
   EXPECT_EQ(got.rate_dt, expected.rate_dt);
   EXPECT_EQ(got.float_solver, expected.float_solver);
   EXPECT_EQ(got.unguarded, expected.unguarded);
+  EXPECT_EQ(got.solver, expected.solver);
   EXPECT_EQ(got.seed, expected.seed);
   EXPECT_EQ(got.contact.raw_damping, expected.contact.raw_damping);
   EXPECT_EQ(got.contact.phi, expected.contact.phi);
@@ -118,7 +119,7 @@ TEST(SceneConvert, MissingFieldsOfAnExampleBodyTakeItsDefaults) {
 // Every scalar at a value that is not its default.
 TEST(SceneConvert, EveryFieldArrives) {
   const auto scene = convert(
-      "name: 'n' gravity { z: -1 } dt: 0.004 rigid_substeps: 3 creep_dt: 0.02 rate_dt: 0.03 float_solver: true unguarded: true seed: 9 "
+      "name: 'n' gravity { z: -1 } dt: 0.004 rigid_substeps: 3 creep_dt: 0.02 rate_dt: 0.03 float_solver: true unguarded: true solver: MULTIGRID seed: 9 "
       "contact { raw_damping: true phi: 5 kappa: 6 recovery_steps: 7 max_recovery_speed: 8 } "
       "bodies { name: 'r' pose { position { x: 1 y: 2 z: 3 } } velocity { x: 4 } angular_velocity { y: 5 }"
       "  colour { r: 0.5 g: 0.25 b: 1 } opacity: 0.5"
@@ -143,6 +144,7 @@ TEST(SceneConvert, EveryFieldArrives) {
   EXPECT_EQ(scene.rate_dt, 0.03);
   EXPECT_TRUE(scene.float_solver);
   EXPECT_TRUE(scene.unguarded);
+  EXPECT_EQ(scene.solver, sim::linear_solver::SolverKind::multigrid);
   EXPECT_EQ(scene.seed, 9u);
   EXPECT_TRUE(scene.contact.raw_damping);
   EXPECT_EQ(scene.contact.phi, 5);

@@ -41,6 +41,8 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
   soft.tets = mesh.tets;
   soft.X = mesh.X;
   soft.rest = std::move(*rest);
+  soft.mean_tet_volume =
+      std::accumulate(soft.rest.volume.begin(), soft.rest.volume.end(), 0.0) / soft.rest.tet_count();
   soft.material_rotation_ = model.material.rotation;
   soft.system = fem::StepSystem(float_solver);
   soft.tet_mass_ = tet_masses_of(soft.rest);

@@ -7,6 +7,7 @@
 #include "server/sim/fem/elements.h"
 #include "server/sim/fem/fem_state.h"
 #include "server/sim/fracture/fracture_step.h"
+#include "server/sim/linear_solver/multigrid_hierarchy.h"
 #include "server/sim/mesh/embedding.h"
 #include "server/sim/scene.h"
 #include "server/sim/state_hash.h"
@@ -41,6 +42,8 @@ class SoftBody {
   fem::RestBody rest;
   fem::FemState state;
   fem::StepSystem system;
+  double mean_tet_volume = 0;                   // [m^3]
+  linear_solver::MultigridHierarchy hierarchy;  // coarse levels of `system`
   Eigen::VectorXd impulse;                      // 3n: asked for by commands in this step [N s]
   contact::CollisionMesh collision;
   std::vector<char> fixed;              // one a node: prescribed
@@ -48,6 +51,7 @@ class SoftBody {
 
   const fem::FemMaterial& material() const { return rest.material; }
   int node_count() const { return static_cast<int>(X.size()); }
+  int pieces() const { return last_fragments_; }  // face-connected components
 
   // Velocities that take scripted nodes from where they are to their place at time + dt.
   void prescribe(double time, double dt);

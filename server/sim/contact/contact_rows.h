@@ -74,13 +74,17 @@ class ContactRows {
   Vec3 relative_velocity(int k, const Eigen::VectorXd& x) const;
   int size() const { return static_cast<int>(rows_.size()); }
 
- private:
   // One coefficient of W: u += weight x_block, or u += x_block x arm for an angular velocity (weight 0).
   struct Entry {
     int row, block;
     double weight;
     Vec3 arm;
   };
+  std::span<const Entry> entries() const { return entries_; }         // by row
+  std::span<const int> row_start() const { return row_start_; }       // size() + 1, into entries
+  const std::vector<Mat3>& coefficients() const { return D_; }        // D of each row, zero where inactive
+
+ private:
   void push_side(int row, int side, std::span<const int> first_block);
   Vec3 gather(int k, const Eigen::VectorXd& x) const;  // W x of row k
   void scatter_add(std::span<const Vec3> f, Eigen::VectorXd& y, const ThreadPool& pool) const;

@@ -1,5 +1,6 @@
 #include "server/sim/islands/composite_island.h"
 
+#include "server/sim/islands/composite_multigrid.h"
 #include "server/sim/linear_solver/block_jacobi.h"
 
 #include <algorithm>
@@ -14,6 +15,10 @@ using contact::ContactRow;
 using contact::ContactRows;
 using contact::ContactSide;
 using Eigen::VectorXd;
+using linear_solver::SolverKind;
+
+constexpr int kMultigridBlocks = 60;        // blocks of unknowns to a piece, and
+constexpr double kMultigridStiffness = 20;  // diagonal of A to mass, from which on a cycle pays for its set-up
 
 int root(std::vector<int>& parent, int i) {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];
@@ -80,10 +85,46 @@ class System {
       const std::vector<Mat3>& own = bodies_[body].system->diagonal();
       diagonal.insert(diagonal.end(), own.begin(), own.end());
     }
+    const std::vector<Mat3> rigid = rigid_diagonal();
+    diagonal.insert(diagonal.end(), rigid.begin(), rigid.end());
+  }
+
+  // What a multigrid cycle works on; brings the bodies' coarse levels up to date.
+  std::vector<MultigridPart> update_coarse_levels(const ThreadPool& pool) const {
+    std::vector<MultigridPart> parts;
+    for (const int body : island_.soft) {
+      const IslandBody& own = bodies_[body];
+      std::visit([&](const auto& A) { own.hierarchy->update(A, *own.X, own.system->prescribed, own.mean_tet_volume, pool); },
+                 own.system->A);
+      parts.push_back({own.system, own.hierarchy, first_block_[body]});
+    }
+    return parts;
+  }
+
+  std::vector<Mat3> rigid_diagonal() const {
+    std::vector<Mat3> diagonal;
     for (const int body : island_.rigid) {
       diagonal.push_back(bodies_[body].rigid->mass * Mat3::Identity());
       diagonal.push_back(bodies_[body].rigid->inertia_W);
     }
+    return diagonal;
+  }
+
+  // Multigrid where block-Jacobi needs many iterations: in large connected pieces whose stiffness outweighs their mass.
+  bool use_multigrid(SolverKind wanted) const {
+    if (wanted == SolverKind::jacobi) return false;
+    double pieces = 0, diagonal = 0, mass = 0;
+    for (const int body : island_.soft) {
+      if (bodies_[body].hierarchy == nullptr) return false;
+      pieces += bodies_[body].pieces;
+      const fem::StepSystem& s = *bodies_[body].system;
+      for (int i = 0; i < s.node_count(); ++i) {
+        diagonal += s.diagonal()[i].trace();
+        mass += 3 * s.row_mass[i];
+      }
+    }
+    if (wanted == SolverKind::multigrid) return true;
+    return blocks_ >= kMultigridBlocks * pieces && diagonal >= kMultigridStiffness * mass;
   }
 
   bool anything_fixed() const {
@@ -120,20 +161,25 @@ class System {
 
 // One solve with the rows as they stand.
 linear_solver::SolveReport solve_pass(const System& system, const ContactRows& rows, const VectorXd& b_without_rows,
-                                      const linear_solver::SolveOptions& options, linear_solver::CgWorkspace& workspace,
-                                      VectorXd& x, const ThreadPool& pool) {
+                                      const linear_solver::SolveOptions& options, std::span<const MultigridPart> parts,
+                                      linear_solver::CgWorkspace& workspace, VectorXd& x, const ThreadPool& pool) {
   VectorXd b = b_without_rows;
   rows.add_to_rhs(b);
+  const auto apply = [&](const VectorXd& in, VectorXd& out) {
+    system.multiply(in, out, pool);
+    rows.apply_add(in, out, pool);
+  };
+  if (!parts.empty()) {
+    CompositeMultigrid multigrid(parts, system.rigid_diagonal(), rows, pool);
+    const auto precondition = [&](const VectorXd& in, VectorXd& out) { multigrid.apply(in, out); };
+    return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options, workspace, pool);
+  }
   std::vector<Mat3> diagonal;
   system.fill_diagonal(diagonal);
   rows.add_to_diagonal(diagonal);
   linear_solver::BlockJacobi jacobi;
   jacobi.assign(diagonal);
   jacobi.invert(pool);
-  const auto apply = [&](const VectorXd& in, VectorXd& out) {
-    system.multiply(in, out, pool);
-    rows.apply_add(in, out, pool);
-  };
   const auto precondition = [&](const VectorXd& in, VectorXd& out) { jacobi.apply(in, out, pool); };
   return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options, workspace, pool);
 }
@@ -220,10 +266,12 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
   for (int k = 0; k < rows.size(); ++k)
     contact::start_row(memory, rows.relative_velocity(k, start), options.may_pull, island.rows[k]);
   std::vector<Vec3> u(rows.size());
+  const std::vector<MultigridPart> parts =
+      system.use_multigrid(options.solver) ? system.update_coarse_levels(pool) : std::vector<MultigridPart>{};
   for (bool differs = true; differs && solution.passes < options.passes;) {
     ++solution.passes;
     rows.refresh();
-    const linear_solver::SolveReport report = solve_pass(system, rows, b, options.solve, workspace, x, pool);
+    const linear_solver::SolveReport report = solve_pass(system, rows, b, options.solve, parts, workspace, x, pool);
     solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};
     if (solution.passes == options.passes) break;
     for (int k = 0; k < rows.size(); ++k) u[k] = rows.relative_velocity(k, x);

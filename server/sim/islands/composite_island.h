@@ -4,6 +4,8 @@
 #include "server/sim/contact/friction.h"
 #include "server/sim/fem/assembly.h"
 #include "server/sim/linear_solver/conjugate_gradient.h"
+#include "server/sim/linear_solver/multigrid_hierarchy.h"
+#include "server/sim/linear_solver/solver_kind.h"
 
 #include <optional>
 #include <span>
@@ -28,6 +30,11 @@ struct RigidPart {
 struct IslandBody {
   const fem::StepSystem* system = nullptr;  // borrowed
   std::optional<RigidPart> rigid;
+  // For multigrid; without a hierarchy the island is solved by block-Jacobi.
+  linear_solver::MultigridHierarchy* hierarchy = nullptr;  // borrowed: the body's coarse levels, made when needed
+  const std::vector<Vec3>* X = nullptr;                    // rest positions, borrowed
+  double mean_tet_volume = 0;                              // [m^3]
+  int pieces = 1;                                          // face-connected components
 };
 
 struct CompositeIsland {
@@ -43,6 +50,7 @@ struct IslandOptions {
   linear_solver::SolveOptions solve;
   int passes = 2;          // >= 1; a further pass is made only if it would differ
   bool may_pull = false;   // the paper's raw damping: rows resist parting, too
+  linear_solver::SolverKind solver = linear_solver::SolverKind::automatic;
 };
 
 struct RigidVelocity {

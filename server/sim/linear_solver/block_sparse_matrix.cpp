@@ -60,10 +60,18 @@ std::vector<int> neighbours(int node_count, const std::vector<Tet>& tets, std::v
 
 template <class Scalar>
 BlockSparseMatrix<Scalar> BlockSparseMatrix<Scalar>::from_tets(int node_count, const std::vector<Tet>& tets) {
+  std::vector<int> row_start;
+  std::vector<int> columns = neighbours(node_count, tets, row_start);
+  return from_pattern(std::move(row_start), std::move(columns));
+}
+
+template <class Scalar>
+BlockSparseMatrix<Scalar> BlockSparseMatrix<Scalar>::from_pattern(std::vector<int> row_start, std::vector<int> columns) {
   BlockSparseMatrix matrix;
-  matrix.columns_ = neighbours(node_count, tets, matrix.row_start_);
+  matrix.row_start_ = std::move(row_start);
+  matrix.columns_ = std::move(columns);
   matrix.values_.assign(9 * matrix.columns_.size() + 1, Scalar(0));
-  matrix.diagonal_.assign(node_count, Mat3::Zero());
+  matrix.diagonal_.assign(matrix.row_start_.size() - 1, Mat3::Zero());
   return matrix;
 }
 

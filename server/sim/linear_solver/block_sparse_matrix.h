@@ -27,6 +27,8 @@ class BlockSparseMatrix {
   // The pattern of a mesh: a block for every pair of nodes that share a tet, all zero. Nodes without a tet keep their
   // diagonal block. Ids must be in [0, node_count).
   static BlockSparseMatrix from_tets(int node_count, const std::vector<Tet>& tets);
+  // A given symmetric pattern, all zero. columns: ascending in a row, no diagonal.
+  static BlockSparseMatrix from_pattern(std::vector<int> row_start, std::vector<int> columns);
 
   int rows() const { return static_cast<int>(diagonal_.size()); }        // block rows
   int block_count() const { return static_cast<int>(columns_.size()); }  // off-diagonal blocks
@@ -38,6 +40,7 @@ class BlockSparseMatrix {
   // Index of the off-diagonal block (row, col), -1 where the pattern has none. O(log row length).
   int find(int row, int col) const;
   Block block(int k) const { return Block(values_.data() + 9 * k); }
+  const Scalar* values() const { return values_.data(); }  // 9 a block, column-major; one more number may be read
   template <class Derived>
   void set_block(int k, const Eigen::MatrixBase<Derived>& value) {
     Eigen::Map<Eigen::Matrix<Scalar, 3, 3>>(values_.data() + 9 * k) = value.template cast<Scalar>();

@@ -1,0 +1,71 @@
+#pragma once
+
+#include "server/sim/fem/assembly.h"
+#include "server/sim/islands/level_rows.h"
+#include "server/sim/linear_solver/multigrid_hierarchy.h"
+
+#include <Eigen/Cholesky>
+
+#include <span>
+#include <vector>
+
+namespace crumple::sim::islands {
+
+// A soft body in an island's system: its matrix, its coarse levels, and its first block of three unknowns.
+struct MultigridPart {
+  const fem::StepSystem* system = nullptr;
+  const linear_solver::MultigridHierarchy* hierarchy = nullptr;
+  int first_block = 0;
+};
+
+// Preconditioner of a composite island: one V-cycle over the coarse levels of its bodies, contact rows and rigid bodies
+// on every level. Symmetric and positive definite: smoothed before and after by the same Chebyshev polynomial in the block
+// diagonal. The polynomial's interval is not measured but proved: an assembled matrix of elements with k nodes has no
+// eigenvalue above k of its block diagonal's, and contact rows enter the diagonal by a bound of their own.
+// Single precision inside; bits do not depend on the number of threads.
+class CompositeMultigrid {
+ public:
+  // parts: in the order of their blocks, which they fill without gaps. rigid: diagonal blocks of rigid bodies, after the
+  // parts'. rows: of the same unknowns.
+  CompositeMultigrid(std::span<const MultigridPart> parts, std::span<const Mat3> rigid, const contact::ContactRows& rows,
+                     const ThreadPool& pool);
+
+  // z = M^-1 r; r, z: 3 a block.
+  void apply(const Eigen::VectorXd& r, Eigen::VectorXd& z);
+
+  int level_count() const { return static_cast<int>(levels_.size()); }
+
+ private:
+  struct LevelPart {
+    const fem::StepSystem* system = nullptr;                           // level 0
+    const linear_solver::BlockSparseMatrix<float>* coarse = nullptr;   // others
+    const linear_solver::LevelTransfer* transfer = nullptr;            // to the next coarser level; null: the same points there
+    int first = 0, count = 0, coarse_first = 0;
+    const std::vector<Mat3>& diagonal() const { return system ? system->diagonal() : coarse->diagonal(); }
+  };
+  struct Level {
+    int blocks = 0, rigid_first = 0, coarse_rigid_first = 0;
+    std::vector<LevelPart> parts;
+    LevelRows rows;
+    std::vector<LaneBlock> diagonal, smoother;  // of A; of the polynomial: inverse
+    std::vector<Lanes> b, x, next, d;
+  };
+
+  void add_coarser_level();
+  void prepare(Level& level);
+  void factor_coarsest();
+  void solve_coarsest(Level& level);
+  template <class Finish>
+  void each_row(Level& level, const Finish& finish) const;
+  void smooth(Level& level, int steps, double low, bool from_zero) const;
+  void cycle(std::size_t l);
+
+  const ThreadPool& pool_;
+  std::vector<Mat3> rigid_;
+  std::vector<Level> levels_;
+  bool dense_ = false;
+  Eigen::LLT<Eigen::MatrixXd> coarsest_;
+  Eigen::VectorXd dense_b_;
+};
+
+}  // namespace crumple::sim::islands

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "server/sim/linear_solver/block_sparse_matrix.h"
+#include "server/sim/linear_solver/level_transfer.h"
+
+namespace crumple::sim::linear_solver {
+
+// A_c = P^T A P of one level: the pattern is found once, the values are gathered in every step. Each coarse block is one
+// thread's, its terms in a fixed order: the bits do not depend on the number of threads.
+class GalerkinProduct {
+ public:
+  GalerkinProduct() = default;
+  // fine: pattern of A. A_c gets its pattern here, values by update.
+  GalerkinProduct(const LevelGraph& fine, const LevelTransfer& transfer, BlockSparseMatrix<float>& A_c);
+
+  template <class Scalar>
+  void update(const BlockSparseMatrix<Scalar>& A, BlockSparseMatrix<float>& A_c, const ThreadPool& pool) const;
+
+  std::size_t term_count() const { return terms_.size(); }
+
+ private:
+  struct Term {
+    int fine;      // off-diagonal block of A; -1 - i: diagonal block i
+    float weight;
+  };
+  // Of a coarse row: its diagonal block, then its off-diagonal blocks right of the diagonal. Those left of it are the
+  // transposes of others.
+  struct Upper {
+    int block, mirror;  // of A_c
+  };
+  std::vector<int> row_start_;    // coarse rows + 1, into uppers_
+  std::vector<Upper> uppers_;
+  std::vector<int> diagonal_start_, diagonal_end_, upper_start_;  // into terms_
+  std::vector<Term> terms_;
+};
+
+extern template void GalerkinProduct::update(const BlockSparseMatrix<float>&, BlockSparseMatrix<float>&, const ThreadPool&) const;
+extern template void GalerkinProduct::update(const BlockSparseMatrix<double>&, BlockSparseMatrix<float>&, const ThreadPool&) const;
+
+}  // namespace crumple::sim::linear_solver

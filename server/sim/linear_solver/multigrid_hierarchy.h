@@ -1,0 +1,43 @@
+#pragma once
+
+#include "server/sim/linear_solver/galerkin_product.h"
+
+#include <span>
+#include <vector>
+
+namespace crumple::sim::linear_solver {
+
+// The coarse levels of one body: lattices over its rest shape, each twice as wide as the one before, and Galerkin
+// operators on them. Level 0 is the body's own matrix and is not kept here. Structure follows topology and held nodes;
+// values are a function of the matrix alone, so that a step does not depend on steps before it.
+class MultigridHierarchy {
+ public:
+  struct Level {
+    LevelTransfer transfer;       // from the next finer level
+    GalerkinProduct product;
+    BlockSparseMatrix<float> A;
+  };
+
+  // Makes the levels anew if the matrix has another pattern or other nodes are held, and computes their operators.
+  // X: rest positions; held: prescribed nodes, whose rows of A are struck; mean_tet_volume [m^3].
+  template <class Scalar>
+  void update(const BlockSparseMatrix<Scalar>& A, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume,
+              const ThreadPool& pool);
+
+  const std::vector<Level>& levels() const { return levels_; }
+  void clear() { held_.clear(); }  // the next update makes the levels anew
+
+ private:
+  void rebuild(const LevelGraph& graph, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume);
+
+  std::vector<Level> levels_;
+  std::vector<char> held_;
+  int block_count_ = -1;
+};
+
+extern template void MultigridHierarchy::update(const BlockSparseMatrix<float>&, std::span<const Vec3>, std::span<const char>,
+                                                double, const ThreadPool&);
+extern template void MultigridHierarchy::update(const BlockSparseMatrix<double>&, std::span<const Vec3>, std::span<const char>,
+                                                double, const ThreadPool&);
+
+}  // namespace crumple::sim::linear_solver

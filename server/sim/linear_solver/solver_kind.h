@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstdint>
+
+namespace crumple::sim::linear_solver {
+
+// How the system of an island is solved: conjugate gradients with one of these preconditioners, or directly.
+enum class SolverKind : std::uint8_t {
+  automatic,  // by size and stiffness of the island
+  jacobi,     // block-Jacobi, the paper's (Parker & O'Brien 2009, section 4)
+  multigrid,  // geometric multigrid on lattices over the rest shape
+};
+
+}  // namespace crumple::sim::linear_solver
