@@ -23,6 +23,7 @@ struct Scene {
 void apply(const Setup& setup, sim::SceneDescription& scene) {
   scene.dt = setup.dt;
   scene.float_solver = setup.float_solver;
+  scene.solver = setup.solver;
   scene.unguarded = !setup.guarded;
   auto& material = std::get<sim::FemModel>(scene.bodies[0].model).material;
   material.cg_tolerance = setup.cg_tolerance;

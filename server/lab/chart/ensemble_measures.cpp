@@ -22,6 +22,7 @@ Vec3 nudge(std::mt19937_64& random) {
 void apply(const Setup& setup, sim::SceneDescription& scene) {
   scene.dt = setup.dt;
   scene.float_solver = setup.float_solver;
+  scene.solver = setup.solver;
   scene.unguarded = !setup.guarded;
   scene.seed = static_cast<std::uint64_t>(setup.seed);
   for (sim::BodyDescription& body : scene.bodies) {

@@ -4,6 +4,7 @@
 #include "server/authoring/shapes/box_lattice.h"
 #include "server/lab/static_solve.h"
 #include "server/sim/fem/fem_material.h"
+#include "server/sim/linear_solver/solver_kind.h"
 
 #include <cstdint>
 #include <functional>
@@ -22,6 +23,7 @@ struct Setup {
   int cg_cap = 3000;               // no cap in reach
   bool guarded = true;             // the server's guard answers capped solves and growing energy
   bool float_solver = false;       // matrix blocks in float
+  sim::linear_solver::SolverKind solver = sim::linear_solver::SolverKind::automatic;
   Precision precision = Precision::double_;  // of a static solve's factor
   sim::fem::RotationRule rotation = sim::fem::RotationRule::svd;
   int threads = 1;
