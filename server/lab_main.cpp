@@ -97,7 +97,7 @@ struct BenchCommand {
   // What the command line says in place of the scene.
   void override_solver(sim::SceneDescription& description) const {
     using sim::linear_solver::SolverKind;
-    const std::map<std::string, SolverKind> kinds{{"automatic", SolverKind::automatic}, {"jacobi", SolverKind::jacobi}, {"multigrid", SolverKind::multigrid}};
+    const std::map<std::string, SolverKind> kinds{{"automatic", SolverKind::automatic}, {"jacobi", SolverKind::jacobi}, {"multigrid", SolverKind::multigrid}, {"direct", SolverKind::direct}};
     if (!solver.empty()) description.solver = kinds.at(solver);
     if (!precision.empty()) description.float_solver = precision == "float";
     for (sim::BodyDescription& body : description.bodies) {
@@ -226,7 +226,7 @@ int main(int argc, char** argv) {
   b->add_option("--young", bench.young, "beam [Pa]")->capture_default_str();
   b->add_option("--damping", bench.damping, "beam: a,b of C = a M + b K")->capture_default_str();
   b->add_option("--seed", bench.seed, "barrels")->capture_default_str();
-  b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "multigrid"}));
+  b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "multigrid", "direct"}));
   b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));
   b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));
   b->add_flag("--json", json, "the output is JSON always; accepted for scripts that say so");

@@ -33,7 +33,9 @@ sim::linear_solver::SolverKind to_solver(int solver, Conversion& c) {
     case v1::Scene::AUTOMATIC: return SolverKind::automatic;
     case v1::Scene::BLOCK_JACOBI: return SolverKind::jacobi;
     case v1::Scene::MULTIGRID: return SolverKind::multigrid;
-    default: c.breach.require(false, "solver", "is " + std::to_string(solver) + ", must be AUTOMATIC, BLOCK_JACOBI or MULTIGRID");
+    case v1::Scene::DIRECT: return SolverKind::direct;
+    default:
+      c.breach.require(false, "solver", "is " + std::to_string(solver) + ", must be AUTOMATIC, BLOCK_JACOBI, MULTIGRID or DIRECT");
   }
   return {};
 }

@@ -101,6 +101,20 @@ void ContactRows::add_to_diagonal(std::span<Mat3> blocks) const {
   }
 }
 
+void ContactRows::append_to(std::vector<Eigen::Triplet<double>>& entries) const {
+  // u += B x_block: the block of W is B.
+  const auto coefficient = [](const Entry& e) -> Mat3 { return e.weight * Mat3::Identity() - cross_matrix(e.arm); };
+  for (int k = 0; k < size(); ++k) {
+    if (!rows_[k].active) continue;
+    for (int e = row_start_[k]; e < row_start_[k + 1]; ++e)
+      for (int f = row_start_[k]; f < row_start_[k + 1]; ++f) {
+        const Mat3 block = coefficient(entries_[e]).transpose() * D_[k] * coefficient(entries_[f]);
+        for (int j = 0; j < 3; ++j)
+          for (int i = 0; i < 3; ++i) entries.emplace_back(3 * entries_[e].block + i, 3 * entries_[f].block + j, block(i, j));
+      }
+  }
+}
+
 void ContactRows::add_to_rhs(Eigen::VectorXd& b) const {
   for (const Entry& entry : entries_) {
     const ContactRow& row = rows_[entry.row];

@@ -4,6 +4,7 @@
 #include "server/sim/parallel_for.h"
 
 #include <Eigen/Core>
+#include <Eigen/SparseCore>
 
 #include <array>
 #include <span>
@@ -67,6 +68,8 @@ class ContactRows {
   void apply_add(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;
   // blocks[b] += the 3x3 diagonal blocks of W^T D W.
   void add_to_diagonal(std::span<Mat3> blocks) const;
+  // The blocks of W^T D W, all of them; for a direct solver.
+  void append_to(std::vector<Eigen::Triplet<double>>& entries) const;
   // b += W^T (n c_n target + t0 - D known_velocity).
   void add_to_rhs(Eigen::VectorXd& b) const;
 

@@ -2,10 +2,13 @@
 
 #include "server/sim/islands/composite_multigrid.h"
 #include "server/sim/linear_solver/block_jacobi.h"
+#include "server/sim/linear_solver/cholesky.h"
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 
 namespace crumple::sim::islands {
@@ -110,9 +113,32 @@ class System {
     return diagonal;
   }
 
+  void append_to(std::vector<Eigen::Triplet<double>>& entries) const {
+    const auto add = [&](int row, int col, const Mat3& B) {
+      for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i) entries.emplace_back(3 * row + i, 3 * col + j, B(i, j));
+    };
+    for (const int body : island_.soft) {
+      const int first = first_block_[body];
+      std::visit(
+          [&](const auto& A) {
+            for (int row = 0; row < A.rows(); ++row) {
+              add(first + row, first + row, A.diagonal()[row]);
+              for (int k = A.row_start()[row]; k < A.row_start()[row + 1]; ++k)
+                add(first + row, first + A.columns()[k], A.block(k).template cast<double>());
+            }
+          },
+          bodies_[body].system->A);
+    }
+    for (const int body : island_.rigid) {
+      add(first_block_[body], first_block_[body], bodies_[body].rigid->mass * Mat3::Identity());
+      add(first_block_[body] + 1, first_block_[body] + 1, bodies_[body].rigid->inertia_W);
+    }
+  }
+
   // Multigrid where block-Jacobi needs many iterations: in large connected pieces whose stiffness outweighs their mass.
   bool use_multigrid(SolverKind wanted) const {
-    if (wanted == SolverKind::jacobi) return false;
+    if (wanted == SolverKind::jacobi || wanted == SolverKind::direct) return false;
     double pieces = 0, diagonal = 0, mass = 0;
     for (const int body : island_.soft) {
       if (bodies_[body].hierarchy == nullptr) return false;
@@ -159,9 +185,27 @@ class System {
   int blocks_ = 0;
 };
 
+// The whole system by one factor. residual: |b - A x| / |b| as it is.
+linear_solver::SolveReport solve_directly(const System& system, const ContactRows& rows, const VectorXd& b,
+                                          const linear_solver::LinearMap& apply, VectorXd& x) {
+  std::vector<Eigen::Triplet<double>> entries;
+  system.append_to(entries);
+  rows.append_to(entries);
+  Eigen::SparseMatrix<double> A(b.size(), b.size());
+  A.setFromTriplets(entries.begin(), entries.end());
+  linear_solver::Cholesky factor;
+  const double size = b.norm();
+  if (!std::isfinite(size) || !factor.factor(A)) return {1, std::numeric_limits<double>::quiet_NaN(), false};
+  x = factor.solve(b);
+  VectorXd Ax(b.size());
+  apply(x, Ax);
+  const double residual = size > 0 ? (b - Ax).norm() / size : 0;
+  return {1, residual, std::isfinite(residual)};
+}
+
 // One solve with the rows as they stand.
 linear_solver::SolveReport solve_pass(const System& system, const ContactRows& rows, const VectorXd& b_without_rows,
-                                      const linear_solver::SolveOptions& options, std::span<const MultigridPart> parts,
+                                      const IslandOptions& options, std::span<const MultigridPart> parts,
                                       linear_solver::CgWorkspace& workspace, VectorXd& x, const ThreadPool& pool) {
   VectorXd b = b_without_rows;
   rows.add_to_rhs(b);
@@ -169,10 +213,11 @@ linear_solver::SolveReport solve_pass(const System& system, const ContactRows& r
     system.multiply(in, out, pool);
     rows.apply_add(in, out, pool);
   };
+  if (options.solver == SolverKind::direct) return solve_directly(system, rows, b, std::cref(apply), x);
   if (!parts.empty()) {
     CompositeMultigrid multigrid(parts, system.rigid_diagonal(), rows, pool);
     const auto precondition = [&](const VectorXd& in, VectorXd& out) { multigrid.apply(in, out); };
-    return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options, workspace, pool);
+    return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options.solve, workspace, pool);
   }
   std::vector<Mat3> diagonal;
   system.fill_diagonal(diagonal);
@@ -181,7 +226,7 @@ linear_solver::SolveReport solve_pass(const System& system, const ContactRows& r
   jacobi.assign(diagonal);
   jacobi.invert(pool);
   const auto precondition = [&](const VectorXd& in, VectorXd& out) { jacobi.apply(in, out, pool); };
-  return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options, workspace, pool);
+  return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options.solve, workspace, pool);
 }
 
 // What the rows did to rigid bodies, and what the solve's velocities say besides, at the centre of mass: no momentum is
@@ -271,7 +316,7 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
   for (bool differs = true; differs && solution.passes < options.passes;) {
     ++solution.passes;
     rows.refresh();
-    const linear_solver::SolveReport report = solve_pass(system, rows, b, options.solve, parts, workspace, x, pool);
+    const linear_solver::SolveReport report = solve_pass(system, rows, b, options, parts, workspace, x, pool);
     solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};
     if (solution.passes == options.passes) break;
     for (int k = 0; k < rows.size(); ++k) u[k] = rows.relative_velocity(k, x);

@@ -9,6 +9,7 @@ enum class SolverKind : std::uint8_t {
   automatic,  // by size and stiffness of the island
   jacobi,     // block-Jacobi, the paper's (Parker & O'Brien 2009, section 4)
   multigrid,  // geometric multigrid on lattices over the rest shape
+  direct,     // a Cholesky factor of the whole system, in every pass; for reference
 };
 
 }  // namespace crumple::sim::linear_solver

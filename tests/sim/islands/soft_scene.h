@@ -24,6 +24,7 @@ struct SoftBody {
   contact::CollisionMesh collision;
   fem::StepSystem system;
   std::vector<fem::PrescribedNode> prescribed;
+  linear_solver::MultigridHierarchy hierarchy;
 
   Vec3 momentum() const {
     Vec3 p = Vec3::Zero();
@@ -69,6 +70,7 @@ struct SoftScene {
   ContactSettings settings;
   double friction = 0.5;
   linear_solver::SolveOptions solve{1e-5, 2000};
+  linear_solver::SolverKind solver = linear_solver::SolverKind::jacobi;
   int passes = 2;
   std::deque<SoftBody> soft;
   std::deque<RigidBox> rigid;
@@ -130,7 +132,7 @@ struct SoftScene {
       Eigen::VectorXd f(3 * body.state.x.size());
       for (std::size_t i = 0; i < body.state.x.size(); ++i) f.segment<3>(3 * i) = body.rest.node_mass[i] * gravity;
       fem::assemble(body.rest, body.mesh.tets, body.state, f, dt, body.prescribed, *pool, body.system);
-      bodies.push_back({&body.system, std::nullopt});
+      bodies.push_back({&body.system, std::nullopt, &body.hierarchy, &body.mesh.X, body.rest.volume[0]});
     }
     for (RigidBox& box : rigid) {
       const Mat3 I = box.inertia_W();
@@ -139,7 +141,7 @@ struct SoftScene {
     }
     detect();
     islands = composite_islands(bodies, rows);
-    const IslandOptions options{solve, passes, settings.raw_damping};
+    const IslandOptions options{solve, passes, settings.raw_damping, solver};
     solutions = solve_all(islands, bodies, std::vector(islands.size(), options), memory, *pool);
     memory.entries.clear();
     for (const CompositeIsland& island : islands) contact::remember_friction(island.rows, memory);
