@@ -49,5 +49,74 @@ TEST(ShippedScenes, TheCarDentsBarrelsAndItselfAndBreaksTheGlass) {
   EXPECT_EQ(run.frozen_bodies(), 0);
 }
 
+// The scenes of Parker & O'Brien (2009).
+
+TEST(ShippedScenes, TheDetentionUnitStandsUntilTheChargeAndBurstsAllRound) {
+  SceneRun run = run_shipped("detention");
+  ASSERT_TRUE(run.started());
+  run.step(30, kGround);
+  EXPECT_EQ(run.events_of(sim::EventKind::fracture, "pane 1"), 0);
+  run.step(25, kGround);
+  for (const std::string pane : {"pane 1", "pane 2", "pane 3", "pane 4"}) EXPECT_GT(run.fragments(pane), 10) << pane;
+  EXPECT_EQ(run.frozen_bodies(), 0);
+}
+
+TEST(ShippedScenes, TheGatesLeavesBendForGoodAndTear) {
+  SceneRun run = run_shipped("gate");
+  ASSERT_TRUE(run.started());
+  run.step(110, kGround);
+  for (const std::string leaf : {"leaf left", "leaf right"}) {
+    const sim::FemView view = run.world().fem(run.world().find(leaf));
+    double largest = 0;
+    for (const Mat3& plastic : view.plastic_strain) largest = std::max(largest, plastic.norm());
+    EXPECT_GT(largest, 0.02) << leaf;
+    EXPECT_GT(view.fragments, 1) << leaf;
+  }
+  EXPECT_EQ(run.frozen_bodies(), 0);
+}
+
+TEST(ShippedScenes, TheRamBreaksThePlanksThatItMeets) {
+  SceneRun run = run_shipped("planks");
+  ASSERT_TRUE(run.started());
+  run.step(60, kGround);
+  EXPECT_GT(run.fragments("plank 3") + run.fragments("plank 4"), 3);
+  EXPECT_EQ(run.fragments("plank 1"), 1);
+  EXPECT_EQ(run.fragments("plank 6"), 1);
+}
+
+TEST(ShippedScenes, ThePoleStoresEnergyAndBursts) {
+  SceneRun run = run_shipped("pole");
+  ASSERT_TRUE(run.started());
+  run.step(60, kGround);
+  EXPECT_EQ(run.fragments("pole"), 1);
+  const double stored = run.world().energies().elastic;
+  EXPECT_GT(stored, 1000);
+  run.step(60, kGround);
+  EXPECT_GT(run.fragments("pole"), 20);
+  EXPECT_LT(run.world().energies().elastic, stored / 2);
+}
+
+TEST(ShippedScenes, TheRopeIsWoundOntoTheSpool) {
+  SceneRun run = run_shipped("rope");
+  ASSERT_TRUE(run.started());
+  run.step(1700, kGround);
+  const sim::FemView view = run.world().fem(run.world().find("rope"));
+  const Vec3 axis = run.world().pose(run.world().find("spool")).p_WB;
+  int near = 0;
+  for (const Vec3& x : view.x) near += Eigen::Vector2d(x.x() - axis.x(), x.y() - axis.y()).norm() < 0.35;
+  EXPECT_GT(near, 0.5 * static_cast<double>(view.x.size()));
+  EXPECT_EQ(view.inverted, 0);
+}
+
+TEST(ShippedScenes, TheTrestleStandsAndFallsWithItsPosts) {
+  SceneRun run = run_shipped("trestle");
+  ASSERT_TRUE(run.started());
+  const double deck = run.world().pose(run.world().find("stringer +0.00")).p_WB.y();
+  run.step(40, kGround);
+  EXPECT_NEAR(run.world().pose(run.world().find("stringer +0.00")).p_WB.y(), deck, 0.03);
+  run.step(210, kGround);
+  EXPECT_LT(run.world().pose(run.world().find("stringer +0.00")).p_WB.y(), deck - 0.5);
+}
+
 }  // namespace
 }  // namespace crumple::test

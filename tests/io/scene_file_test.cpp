@@ -193,7 +193,7 @@ TEST_P(ShippedScene, Loads) {
     EXPECT_LT(body.velocity.norm() * loaded->scene.dt, 0.13) << body.name;  // [m]; barrels are 0.64 m thick
 }
 
-INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene, testing::Values("pane", "barrels", "crash"),
+INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene, testing::Values("pane", "barrels", "crash", "detention", "gate", "planks", "pole", "rope", "trestle"),
                          [](const auto& info) { return std::string(info.param); });
 
 TEST(SceneFile, NoSceneIsShippedUntested) {
