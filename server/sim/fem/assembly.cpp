@@ -1,5 +1,7 @@
 #include "server/sim/fem/assembly.h"
 
+#include "server/sim/fem/quad.h"
+
 #include <cassert>
 #include <functional>
 
@@ -35,12 +37,16 @@ struct Factors {
 
 // Off-diagonal block of an edge from its tets. With G = sum c_a c_b^T eq. 2's sum is lambda G + mu tr(G) I + mu G^T.
 Mat3 edge_stiffness(const StepSystem& s, const Lame& lame, int edge) {
-  Mat3 G = Mat3::Zero();
+  Quad sum[3] = {Quad{}, Quad{}, Quad{}};  // columns of G
   for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
     const int corner = s.connectivity.edge_corners[k];
-    const Mat34& c = s.elements.core[corner >> 4];
-    G += c.col((corner >> 2) & 3) * c.col(corner & 3).transpose();
+    const double* c = s.elements.core[corner >> 4].data();
+    const Quad a = load_three(c + 3 * ((corner >> 2) & 3));
+    const double* b = c + 3 * (corner & 3);
+    for (int j = 0; j < 3; ++j) sum[j] += a * b[j];
   }
+  Mat3 G;
+  for (int j = 0; j < 3; ++j) G.col(j) = Vec3(sum[j][0], sum[j][1], sum[j][2]);
   return lame.lambda * G + lame.mu * (G.trace() * Mat3::Identity() + G.transpose());
 }
 

@@ -1,10 +1,12 @@
 #include "server/sim/fem/elements.h"
 
+#include "server/sim/fem/element_quad.h"
 #include "server/sim/fem/plasticity.h"
 #include "server/sim/fem/rotation.h"
 
 #include <Eigen/LU>
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <functional>
@@ -48,7 +50,10 @@ void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const s
   assert(static_cast<int>(tets.size()) == rest.tet_count() && plastic_strain.size() == tets.size());
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
-    for (int t = begin; t < end; ++t) update_element(rest, t, gather(x, tets[t]), plastic_strain[t], elements);
+    for (int t = begin; t < end; t += 4) {
+      if (t + 4 <= end && update_element_quad(rest, tets, t, x, plastic_strain, elements)) continue;
+      for (int k = t; k < std::min(t + 4, end); ++k) update_element(rest, k, gather(x, tets[k]), plastic_strain[k], elements);
+    }
   };
   pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(body));
 }

@@ -11,8 +11,6 @@ namespace crumple::sim::fem {
 namespace {
 
 constexpr double kRankTolerance = 1e-13;  // a singular value below this share of the largest counts as zero
-constexpr double kWellPositive = 1e-5;    // det F over |F|^3 above which Newton's iteration is used; at rest 0.19
-constexpr int kMaxNewton = 20;
 
 // det F F^-T: the cross products of F's columns.
 Mat3 cofactors(const Mat3& F) {
@@ -50,7 +48,7 @@ Mat3 polar_rotation(const Mat3& F) {
   // Q := (gamma Q + Q^-T / gamma) / 2; gamma brings the singular values together while they are far from 1.
   Mat3 Q = F;
   bool near = false;
-  for (int i = 0; i < kMaxNewton; ++i) {
+  for (int i = 0; i < kMaxPolarNewton; ++i) {
     const Mat3 C = cofactors(Q);
     const double det = C.col(0).dot(Q.col(0));
     const double gamma = near ? 1 : std::sqrt(C.norm() / (det * Q.norm()));

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "server/sim/fem/elements.h"
+
+#include <span>
+
+namespace crumple::sim::fem {
+
+// What update_elements does to tets t .. t + 3, four at once in the lanes of the vector unit. False, and nothing done, if
+// one of them needs a path of its own: a clamped basis, QR, or F too near to singular for Newton's iteration.
+// Lanes do not see each other: a tet's results do not depend on its neighbours in the mesh order.
+bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int t, std::span<const Vec3> x,
+                         const std::vector<Mat3>& plastic_strain, Elements& elements);
+
+}  // namespace crumple::sim::fem

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cmath>
+
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+// Four doubles in the lanes of the vector unit.
+namespace crumple::sim::fem {
+
+using Quad = double __attribute__((vector_size(32)));
+
+inline Quad quad(double s) { return Quad{s, s, s, s}; }
+
+inline Quad square_root(Quad v) {
+#ifdef __AVX2__
+  return _mm256_sqrt_pd(v);
+#else
+  return Quad{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
+#endif
+}
+
+// p[0], p[1], p[2], 0; nothing beyond them is read.
+inline Quad load_three(const double* p) {
+#ifdef __AVX2__
+  return _mm256_maskload_pd(p, _mm256_set_epi64x(0, -1, -1, -1));
+#else
+  return Quad{p[0], p[1], p[2], 0};
+#endif
+}
+
+}  // namespace crumple::sim::fem

@@ -1,0 +1,73 @@
+#include "server/sim/fem/element_quad.h"
+
+#include "server/sim/fem/rotation.h"
+#include "tests/sim/fem/fem_test_support.h"
+
+namespace crumple::sim::fem {
+namespace {
+
+// Rotated, sheared and shaken, with plastic strain and fill; 96 tets.
+struct Shaken {
+  TetMesh mesh = test::kuhn_box(4, 2, 2, {1, 0.5, 0.5});
+  FemState state;
+
+  explicit Shaken(double shake) {
+    test::Random random;
+    state = test::rest_state(mesh);
+    const Mat3 A = random.rotation() * (Mat3::Identity() + 0.2 * random.mat3(-1, 1));
+    for (Vec3& x : state.x) x = A * x + random.vec3(-shake, shake);
+    for (Mat3& p : state.plastic_strain) p = 0.02 * symmetric_part(random.mat3(-1, 1));
+    for (int t = 0; t < mesh.tet_count(); ++t) mesh.fill.push_back(random.uniform(0.1, 1));
+  }
+};
+
+TEST(ElementQuad, EqualsTheFormulasOfOneTet) {
+  const Shaken body(0.02);
+  const RestBody rest = test::rest_body(body.mesh, FemMaterial{}, 1e9);
+  Elements elements;
+  elements.resize(rest.tet_count());
+  for (int t = 0; t + 4 <= rest.tet_count(); t += 4)
+    ASSERT_TRUE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements));
+  for (int t = 0; t < rest.tet_count(); ++t) {
+    const Mat34 x = gather(body.state.x, body.mesh.tets[t]);
+    const RestTet tet = rest.tet(t);
+    const Mat3 F = deformation_gradient(x, tet.beta), Q = svd_rotation(F);
+    const Mat3 sigma = isotropic_stress(rest.lame, corotational_strain(Q, F) - body.state.plastic_strain[t]);
+    EXPECT_LT((elements.Q[t] - Q).norm(), 1e-13);
+    EXPECT_LT((elements.sigma[t] - sigma).norm(), 1e-12 * sigma.norm());
+    const Mat34 force = nodal_forces(tet, Q, sigma);
+    EXPECT_LT((elements.force[t] - force).norm(), 1e-12 * force.norm());
+    EXPECT_LT((elements.core[t] - Q * rest.core[t]).norm(), 1e-13 * rest.core[t].norm());
+  }
+}
+
+TEST(ElementQuad, LeavesWhatNewtonCannotToTheOthers) {
+  Shaken body(0.0);
+  const RestBody rest = test::rest_body(body.mesh, FemMaterial{}, 1e9);
+  Elements elements;
+  elements.resize(rest.tet_count());
+  for (Vec3& x : body.state.x) x.z() = 0;  // flat
+  EXPECT_FALSE(update_element_quad(rest, body.mesh.tets, 0, body.state.x, body.state.plastic_strain, elements));
+  for (Vec3& x : body.state.x) x = Vec3(-x.x(), x.y(), x.x());
+  EXPECT_FALSE(update_element_quad(rest, body.mesh.tets, 4, body.state.x, body.state.plastic_strain, elements));
+  body.state.x[3] = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+  for (int t = 0; t + 4 <= rest.tet_count(); t += 4)
+    EXPECT_FALSE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements));
+}
+
+// A tet's bits are its own, whoever its neighbours in the lanes are.
+TEST(ElementQuad, LanesDoNotSeeEachOther) {
+  const Shaken body(0.04);
+  const RestBody rest = test::rest_body(body.mesh, FemMaterial{}, 1e9);
+  Elements at_zero, at_two;
+  at_zero.resize(rest.tet_count());
+  at_two.resize(rest.tet_count());
+  for (int t = 0; t + 4 <= rest.tet_count(); t += 4)
+    ASSERT_TRUE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, at_zero));
+  for (int t = 2; t + 4 <= rest.tet_count(); t += 4)
+    ASSERT_TRUE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, at_two));
+  for (int t = 2; t + 2 < rest.tet_count(); ++t) EXPECT_EQ(at_zero.force[t], at_two.force[t]) << t;
+}
+
+}  // namespace
+}  // namespace crumple::sim::fem
