@@ -17,7 +17,8 @@ std::vector<std::int8_t> alignment_signs(std::span<const Quat> q) {
   for (std::size_t e = 1; e < q.size(); ++e) {
     double along = q[e].dot(q[0]);
     if (std::abs(along) <= kHalfTurn) {
-      const Vec4 half_turn = q[e].coeffs();
+      // Seen from the rest pose, so that its own stored sign makes no difference either.
+      const Vec4 half_turn = (q[0].conjugate() * q[e]).coeffs();
       along = half_turns.dot(half_turn);
       if (std::abs(along) <= kHalfTurn) {
         int largest = 0;

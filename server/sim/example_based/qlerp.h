@@ -18,8 +18,9 @@ inline constexpr double kMinBlendNorm = 1e-3;
 
 // s_e = +-1 for each pose of one bone, so that s_e q_e lies on the rest pose's half of the sphere: q_e and -q_e turn
 // the same way, but their sums do not. +1 where q_e . q_0 >= 0. A half turn from the rest pose (|q_e . q_0| <= 1e-9,
-// where that sign is only rounding) is aligned with the half turns before it instead, the first one so that its
-// largest component is positive: two poses with the same half turn then never cancel, however they were stored.
+// where that sign is only rounding) is aligned with the half turns before it instead, the first one so that the largest
+// component of the turn from the rest pose is positive: two poses with the same half turn then never cancel, and a pose
+// turns the same way round, however any of them was stored.
 // q: the poses of one bone, normalised; q[0] is the rest pose.
 std::vector<std::int8_t> alignment_signs(std::span<const Quat> q);
 

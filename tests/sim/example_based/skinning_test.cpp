@@ -36,6 +36,22 @@ TEST(Qlerp, HalfTurnsAgreeWhateverTheirStoredSign) {
     }
 }
 
+TEST(Qlerp, AHalfTurnGoesTheSameWayRoundWhateverTheRestPosesStoredSign) {
+  for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(-2, 1, 2)})
+    for (const Quat& rest : {Quat::Identity(), turn(70, Vec3(3, 1, -1)).q}) {
+      const Quat half = turn(180, axis).q * rest;
+      const auto middle = [&](const Quat& rest_pose, const Quat& pose) -> Mat3 {
+        const Vec4 blend = rest_pose.coeffs() + alignment_signs(std::vector<Quat>{rest_pose, pose})[1] * pose.coeffs();
+        return Quat(blend).normalized().toRotationMatrix();
+      };
+      const Mat3 quarter = middle(rest, half);
+      const Quat other_rest(-rest.coeffs()), other_half(-half.coeffs());
+      EXPECT_LT((middle(other_rest, half) - quarter).norm(), 1e-12);
+      EXPECT_LT((middle(rest, other_half) - quarter).norm(), 1e-12);
+      EXPECT_LT((middle(other_rest, other_half) - quarter).norm(), 1e-12);
+    }
+}
+
 TEST(Qlerp, EvenOppositeHalfTurnsDoNotDivideByZero) {
   // 179.9 degrees about +x and -x: both are kept on the rest pose's side, so they cancel all but completely.
   const ExampleRest rest = one_bone({turn(179.9, Vec3::UnitX()), turn(-179.9, Vec3::UnitX())});
