@@ -2,6 +2,8 @@
 
 #include "server/lab/stability/soft_trial.h"
 
+// What a body does as long as it moves little: beams and plates under loads, modes, and what backward Euler makes of
+// them.
 namespace crumple::lab::stability {
 
 // Tip of a cantilever of 10 x 1 x 1 m (20 x 2 x 2 cells, linear tets, small deflection, exact solve) over that of
@@ -9,11 +11,20 @@ namespace crumple::lab::stability {
 // 1: locking.
 double cantilever_ratio(double poisson);
 
+// Cook's membrane in plane strain, a corner's deflection over that of quadratic tets on 32 x 32 cells (the yardstick's
+// S10, CalculiX). across: cells along a side, 8 is S10's L0, 16 its L1. poisson: 0.3, 0.49 or 0.4999. Below 1: locking.
+double cook_ratio(double poisson, int across);
+
 // Lowest elastic frequencies of a free body of at most some hundred nodes and its modes, lumped mass.
 struct Mode {
   double omega = 0;       // [rad/s]
   Eigen::VectorXd shape;  // 3n, largest entry 1
 };
 std::vector<Mode> free_modes(const SoftTrial& trial, int count);
+
+// Kinetic and elastic energy [J] of a body that starts at rest under its trial's forces and nodes held fixed, after
+// `steps` steps of backward Euler in small deflection: mode by mode, v+ = (v + dt (f - omega^2 q)) / (1 + (omega
+// dt)^2), q+ = q + dt v+, which is FORMULAS F2 with a load. For some hundred nodes.
+double energy_by_modes(const SoftTrial& trial, double dt, int steps);
 
 }  // namespace crumple::lab::stability

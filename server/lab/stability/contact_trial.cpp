@@ -2,11 +2,13 @@
 
 #include "common/text.h"
 #include "server/authoring/shapes/box_lattice.h"
+#include "server/lab/stability/step_times.h"
 #include "server/sim/contact/detect.h"
 #include "server/sim/fem/rest_body.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace crumple::lab::stability {
 
@@ -15,33 +17,52 @@ namespace {
 constexpr double kFar = 1e4;  // [m]
 constexpr double kGravity = 9.81;
 
+// A box's lattice with its squares pressed into discs (elliptical grid mapping).
+sim::TetMesh disc_mesh(double diameter, double thickness, const std::array<int, 3>& cells) {
+  sim::TetMesh mesh = *authoring::centred_box_mesh({2, thickness, 2}, cells, authoring::Lattice::kuhn);
+  for (Vec3& X : mesh.X) {
+    const double u = X.x(), v = X.z();
+    X.x() = 0.5 * diameter * u * std::sqrt(1 - 0.5 * v * v);
+    X.z() = 0.5 * diameter * v * std::sqrt(1 - 0.5 * u * u);
+  }
+  return mesh;
+}
+
 }  // namespace
 
 ContactTrial::ContactTrial(const ContactMethod& method_, double dt) : method(method_) {
   scene.dt = dt;
   scene.contact = method.settings;
-  scene.unguarded = true;  // what the method does by itself
+  scene.unguarded = !method.guarded;  // what the method does by itself
 }
 
 BodyId ContactTrial::add_block(const BlockOptions& block) {
-  sim::BodyDescription body{.name = text("block ", scene.bodies.size()), .velocity = block.velocity};
-  body.pose.p_WB = block.centre;
+  sim::BodyDescription body{.name = text("block ", scene.bodies.size()),
+                            .velocity = block.velocity,
+                            .angular_velocity = block.angular_velocity};
+  body.pose = {Quat(Eigen::AngleAxisd(block.turned, Vec3::UnitY())), block.centre};
   if (method.rigid) {
     sim::RigidModel model;
-    model.shapes.push_back({Pose{}, sim::Box{block.size / 2}});
+    if (block.round)
+      model.shapes.push_back({Pose{}, sim::Cylinder{block.size.x() / 2, block.size.y() / 2}});
+    else
+      model.shapes.push_back({Pose{}, sim::Box{block.size / 2}});
     model.density = block.density;
     model.friction = friction;
     model.restitution = 0;
     body.model = model;
   } else {
     sim::FemModel model;
-    model.mesh =
-        std::make_shared<sim::TetMesh>(*authoring::centred_box_mesh(block.size, block.cells, authoring::Lattice::kuhn));
+    model.mesh = std::make_shared<sim::TetMesh>(
+        block.round ? disc_mesh(block.size.x(), block.size.y(), block.cells)
+                    : *authoring::centred_box_mesh(block.size, block.cells, authoring::Lattice::kuhn));
+    model.clamp_limit = block.clamp_limit;
     model.material.young = block.young;
     model.material.density = block.density;
     model.material.friction = friction;
     model.material.cg_tolerance = solver_tolerance;
     model.material.cg_max_iterations = 2000;
+    if (method.material) method.material(model.material);
     body.model = model;
   }
   scene.bodies.push_back(body);
@@ -82,10 +103,14 @@ void ContactTrial::run(double seconds, const std::function<bool(const sim::StepR
   worst_penetration = 0;
   capped = 0;
   const long steps = std::max(1L, std::lround(seconds / scene.dt));
+  std::vector<double> times;
   for (long k = 0; k < steps && sound(); ++k) {
+    const double from = processor_time();
     const sim::StepReport report = step();
-    if (after_step && !after_step(report)) return;
+    times.push_back(processor_time() - from);
+    if (after_step && !after_step(report)) break;
   }
+  if (method.times) method.times->add(std::move(times));
 }
 
 double ContactTrial::rms_speed(BodyId body) const {
@@ -102,9 +127,11 @@ double ContactTrial::lowest(BodyId body) const {
     return std::ranges::min_element(view.x, {}, [](const Vec3& x) { return x.y(); })->y();
   }
   const Pose pose = world->pose(body);
-  const Vec3 half =
-      std::get<sim::Box>(std::get<sim::RigidModel>(scene.bodies[body].model).shapes[0].shape).half_extents;
-  return pose.p_WB.y() - pose.R_WB.toRotationMatrix().row(1).cwiseAbs().dot(half);
+  const Eigen::RowVector3d up = pose.R_WB.toRotationMatrix().row(1);  // of W, in the body's axes
+  const sim::Shape& shape = std::get<sim::RigidModel>(scene.bodies[body].model).shapes[0].shape;
+  if (const auto* disc = std::get_if<sim::Cylinder>(&shape))
+    return pose.p_WB.y() - disc->half_length * std::abs(up.y()) - disc->radius * std::hypot(up.x(), up.z());
+  return pose.p_WB.y() - up.cwiseAbs().dot(std::get<sim::Box>(shape).half_extents);
 }
 
 int ContactTrial::inverted() const {
@@ -192,17 +219,40 @@ HeavyOnLight heavy_on_light(const ContactMethod& method, double ratio, double dt
   return result;
 }
 
-Shot shot_at_plate(const ContactMethod& method, const Vec3& size, double speed, double thickness, double dt,
-                   double phase) {
-  ContactTrial trial(method, dt);
+namespace {
+
+// Lower face of a body at the first overlap with the plate that the paper's rule sees; nothing: it never sees one.
+std::optional<double> seen_by_sixth_rule(const ShotOptions& shot, double start) {
+  const double way = shot.speed * shot.dt, part = shot.size.norm() / 6;
+  const long sub_steps = way > part ? static_cast<long>(way / part) + 1 : 1;
+  for (long k = 1;; ++k) {
+    const double lower = start - static_cast<double>(k) * way / static_cast<double>(sub_steps);
+    if (lower + shot.size.y() < -shot.thickness) return std::nullopt;
+    if (lower < 0) return lower;
+  }
+}
+
+}  // namespace
+
+Shot shot_at_plate(const ContactMethod& method, const ShotOptions& options) {
+  ContactTrial trial(method, options.dt);
   trial.scene.gravity.setZero();
-  trial.add_plate({4, thickness, 4}, {0, -thickness / 2, 0});
-  const double way = speed * dt;
-  const BodyId block = trial.add_block({.size = size,
-                                        .centre = {0, size.y() / 2 + 0.01 + (1 + phase) * way, 0},
+  trial.add_plate({4, options.thickness, 4}, {0, -options.thickness / 2, 0});
+  const double dt = options.dt, speed = options.speed;
+  double start = 0.01 + (1 + options.phase) * speed * dt;  // of the lower face
+  if (options.sixth_rule) {
+    const auto seen = seen_by_sixth_rule(options, start);
+    if (!seen) return {.sound = true, .behind = true};
+    start = *seen;
+  }
+  const bool flat = options.size.y() < 0.1 * options.size.x();
+  const int across = options.round ? 4 : 2;
+  const BodyId block = trial.add_block({.size = options.size,
+                                        .centre = {0, options.size.y() / 2 + start, 0},
                                         .velocity = {0, -speed, 0},
-                                        .cells = {2, size.y() < 0.1 * size.x() ? 1 : 2, 2},
-                                        .young = 1e7});
+                                        .cells = {across, flat ? 1 : 2, across},
+                                        .young = 1e7,
+                                        .round = options.round});
   trial.start();
   Shot shot;
   trial.run(std::max(10 * dt, std::min(0.5, 4 / speed)) + 4 * dt, [&](const sim::StepReport&) {
@@ -210,9 +260,33 @@ Shot shot_at_plate(const ContactMethod& method, const Vec3& size, double speed, 
     return true;
   });
   shot.sound = trial.sound();
-  shot.behind = trial.centre(block).y() < -thickness;
+  shot.behind = trial.centre(block).y() < -options.thickness;
   shot.penetration = std::max(0.0, -trial.lowest(block));
   return shot;
+}
+
+Spun spun_at_plate(const ContactMethod& method, double rate, double dt, double seconds) {
+  constexpr double kThickness = 0.01, kHeight = 0.3;
+  ContactTrial trial(method, dt);
+  trial.scene.gravity.setZero();
+  trial.add_plate({4, kThickness, 4}, {0, -kThickness / 2, 0});
+  const BodyId disc = trial.add_block({.size = {1, 0.01, 1},
+                                       .centre = {0, kHeight, 0},
+                                       .angular_velocity = {rate, 0, 0},
+                                       .cells = {4, 1, 4},
+                                       .young = 1e9,
+                                       .round = true,
+                                       .clamp_limit = 1e9});
+  trial.start();
+  Spun result{.deepest = -kHeight};
+  trial.run(seconds, [&](const sim::StepReport&) {
+    const double depth = -trial.lowest(disc);
+    result.through += depth > kThickness;
+    result.deepest = std::max(result.deepest, depth);
+    return true;
+  });
+  result.sound = trial.sound();
+  return result;
 }
 
 }  // namespace crumple::lab::stability

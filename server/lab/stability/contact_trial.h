@@ -6,12 +6,16 @@
 namespace crumple::lab::stability {
 
 struct BlockOptions {
-  Vec3 size = Vec3::Ones();           // [m]
-  Vec3 centre = Vec3::Zero();         // [m]
-  Vec3 velocity = Vec3::Zero();       // [m/s]
-  std::array<int, 3> cells{2, 2, 2};  // of six tets each; not read where blocks are rigid
-  double young = 1e6;                 // [Pa]
-  double density = 1000;              // [kg/m^3]
+  Vec3 size = Vec3::Ones();              // [m]
+  Vec3 centre = Vec3::Zero();            // [m]
+  Vec3 velocity = Vec3::Zero();          // [m/s]
+  Vec3 angular_velocity = Vec3::Zero();  // [rad/s]
+  double turned = 0;                     // about y [rad]
+  std::array<int, 3> cells{2, 2, 2};     // of six tets each; not read where blocks are rigid
+  double young = 1e6;                    // [Pa]
+  double density = 1000;                 // [kg/m^3]
+  bool round = false;                    // a disc of diameter size.x and thickness size.y, its axis along y
+  double clamp_limit = 0;                // as in sim::FemModel [1/m]
 };
 
 // Blocks, plates and a ground in a world, under a contact method of the table. Add bodies, then start().
@@ -19,7 +23,7 @@ class ContactTrial {
  public:
   explicit ContactTrial(const ContactMethod& method, double dt = 1.0 / 60);
 
-  BodyId add_block(const BlockOptions& block);             // soft, or a rigid box where the method says so
+  BodyId add_block(const BlockOptions& block);             // soft, or rigid where the method says so
   BodyId add_plate(const Vec3& size, const Vec3& centre);  // fixed rigid box
   void add_ground();                                       // y < 0 is solid
   void start();
@@ -64,15 +68,35 @@ struct HeavyOnLight {
 };
 HeavyOnLight heavy_on_light(const ContactMethod& method, double ratio, double dt, double seconds);
 
-// A block flies straight at a fixed plate of 4 x 4 m.
+// A block, or a disc face-on, flies straight at a fixed plate of 4 x 4 m.
 struct Shot {
   bool sound = false;
   bool behind = false;     // ends on the far side
   double rebound = 0;      // largest speed away from the plate over the speed of the shot [-]
   double penetration = 0;  // deepest point behind the near face at the end [m]
 };
-// phase: part of a step's way by which the start is shifted, so that the plate is met at any point of a step [-].
-Shot shot_at_plate(const ContactMethod& method, const Vec3& size, double speed, double thickness, double dt,
-                   double phase);
+struct ShotOptions {
+  Vec3 size = Vec3::Ones();  // [m]
+  bool round = false;        // as in BlockOptions
+  double speed = 0;          // [m/s]
+  double thickness = 0.01;   // of the plate [m]
+  double dt = 1.0 / 60;      // [s]
+  double phase = 0;          // part of a step's way by which the start is shifted: the plate is met anywhere in a step
+  bool sixth_rule = false;   // with the paper's rule for fast bodies, see below
+};
+// sixth_rule: the paper's section 6, for the raw forms, which otherwise look at steps' ends only. A body that moves
+// more than a sixth of its bounding box's diagonal in a step is looked at after sub-steps shorter than that, and put
+// where the first of them finds an overlap. Before the plate the flight is free, so that place is known without
+// stepping.
+Shot shot_at_plate(const ContactMethod& method, const ShotOptions& options);
+
+// A disc of 1 m and 1 cm, E = 1e9 Pa, lies 0.3 m above a fixed plate of 1 cm and spins about a diameter, without
+// gravity: its rim sweeps through the plate though its centre does not move.
+struct Spun {
+  bool sound = false;
+  int through = 0;     // ends of a step at which a part of the disc is behind the far face
+  double deepest = 0;  // behind the near face, at the end of any step; below 0: how far it stays before it [m]
+};
+Spun spun_at_plate(const ContactMethod& method, double rate, double dt, double seconds);
 
 }  // namespace crumple::lab::stability

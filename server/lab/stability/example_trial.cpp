@@ -1,5 +1,6 @@
 #include "server/lab/stability/example_trial.h"
 
+#include "server/lab/stability/self_intersections.h"
 #include "server/lab/stability/soft_trial.h"
 #include "server/sim/example_based/deformed_mass.h"
 #include "server/sim/example_based/weights.h"
@@ -80,6 +81,12 @@ bool ExampleTrial::finite() const {
 
 int ExampleTrial::inverted() const { return inverted_tets(rest, state.x); }
 
+int ExampleTrial::intersections() const {
+  std::vector<Triangle> triangles;
+  for (const sim::SurfaceFace& face : sim::surface_faces(rest.set->mesh.tets)) triangles.push_back(face.nodes);
+  return self_intersections(triangles, state.x);
+}
+
 double ExampleTrial::shortest_edge() const { return *std::ranges::min_element(rest.graph.length); }
 
 Battered batter(ExampleTrial& trial, double impulse, int impacts) {
@@ -106,7 +113,9 @@ Battered batter(ExampleTrial& trial, double impulse, int impacts) {
     look();
   }
   result.last_move = trial.last_move;
-  if (result.finite) result.inverted = trial.inverted();
+  if (!result.finite) return result;
+  result.inverted = trial.inverted();
+  result.intersections = trial.intersections();
   return result;
 }
 

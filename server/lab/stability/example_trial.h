@@ -24,6 +24,7 @@ class ExampleTrial {
   double simplex_error() const;  // of E's rows; infinite where an entry is outside [0, 1]
   bool finite() const;
   int inverted() const;          // tets of the skin
+  int intersections() const;     // pairs of the surface's triangles that cut each other
   double shortest_edge() const;  // of the mesh [m]
 
   ExampleMethod method;
@@ -41,7 +42,7 @@ class ExampleTrial {
 struct Battered {
   bool finite = true;
   double simplex_error = 0;
-  int inverted = 0;
+  int inverted = 0, intersections = 0;
   double jump = 0;       // largest move of a vertex in one step [m]
   double last_move = 0;  // in the last step of the rest [m]
 };

@@ -75,7 +75,11 @@ Cell mass_dt(const Method& method, double ratio, double dt) {
 Cell speed_thickness(const Method& method, double speed, double thickness) {
   Cell worst;
   for (const double phase : {0.0, 0.3, 0.6}) {
-    const Shot shot = shot_at_plate(method.contact, Vec3::Constant(0.3), speed, thickness, 1.0 / 60, phase);
+    const Shot shot = shot_at_plate(method.contact, {.size = Vec3::Constant(0.3),
+                                                     .speed = speed,
+                                                     .thickness = thickness,
+                                                     .phase = phase,
+                                                     .sixth_rule = method.contact.settings.raw_damping});
     const std::string note =
         text("rebound ", shot.rebound, " of the speed; ", 1000 * shot.penetration, " mm inside at the end");
     Cell cell{CellState::stable, note};

@@ -72,6 +72,10 @@ std::vector<Method> make_methods() {
                  .name = "the same, kappa 300, tau 8 dt",
                  .family = Family::contact,
                  .contact = {.settings = {.kappa = 300, .recovery_steps = 8}}});
+  all.push_back({.key = "guarded",
+                 .name = "the default with the server's guard",
+                 .family = Family::contact,
+                 .contact = {.guarded = true}});
   all.push_back({.key = "raw-1e6",
                  .name = "raw damping, phi = 1e6",
                  .family = Family::contact,
@@ -153,6 +157,12 @@ const Method* find_method(const std::string& key) {
   for (const Method& method : all_methods())
     if (method.key == key) return &method;
   return nullptr;
+}
+
+Method Method::timed(StepTimes& to) const {
+  Method method = *this;
+  method.times = method.fem.times = method.contact.times = &to;
+  return method;
 }
 
 const char* name_of(Standing standing) {

@@ -31,18 +31,24 @@ enum class Standing {
   comparison  // exists in the lab only, to show why it was not chosen
 };
 
+class StepTimes;
+
 struct FemMethod {
   Mat3 (*rotation)(const Mat3& F) = nullptr;
   void (*choose)(sim::fem::FemMaterial& material) = nullptr;  // null: the material as it is
   bool float_matrix = false;
   bool iterates = true;  // has an iteration cap
   sim::linear_solver::SolveReport (*step)(SoftTrial& trial, double dt) = nullptr;
+  StepTimes* times = nullptr;  // takes the processor times of a trial's steps; null: nobody asks
 };
 
 struct ContactMethod {
   sim::ContactSettings settings;
-  bool rigid = false;                           // blocks are rigid boxes
-  void (*push)(ContactTrial& trial) = nullptr;  // explicit forces before each step; null: none
+  bool rigid = false;                                           // blocks are rigid boxes
+  bool guarded = false;                                         // with the running server's guard
+  void (*material)(sim::fem::FemMaterial& material) = nullptr;  // of soft blocks; null: as it is
+  void (*push)(ContactTrial& trial) = nullptr;                  // explicit forces before each step; null: none
+  StepTimes* times = nullptr;
 };
 
 struct ExampleMethod {
@@ -62,6 +68,10 @@ struct Method {
   bool raw = false;  // plasticity: creep per update; fracture: toughness in newtons
   ExampleMethod example;
   bool triangles = false;  // shape: triangle mesh instead of convex parts
+  StepTimes* times = nullptr;
+
+  // The method with somebody who asks how long steps take.
+  Method timed(StepTimes& to) const;
 };
 
 const std::vector<Method>& all_methods();

@@ -7,7 +7,8 @@
 
 namespace crumple::lab::stability {
 
-// rows.csv: number, name, method, standing, verdict, value, text. maps.csv: map, method, x, y, state, note.
+// rows.csv: number, name, method, standing, verdict, value, slowest step over the median one (0: not timed), text.
+// maps.csv: map, method, x, y, state, note.
 void write_tables(const Survey& survey, const std::filesystem::path& dir);
 
 // One figure a map, a panel a method, drawn by gnuplot: DIR/<map>.png, and the SVG as text, by map.

@@ -3,6 +3,7 @@
 #include "common/text.h"
 
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <set>
 
@@ -21,6 +22,8 @@ ul.outcomes { list-style: none; margin: 0; padding: 0; } ul.outcomes li { margin
 .fails { background: #f3c4cf; color: #7a1029; } .not { background: #e4e4e4; color: #444; }
 .standing { color: #777; font-size: .82em; } figure { margin: 1em 0 2em; overflow-x: auto; } figure svg { max-width: 100%; height: auto; }
 )";
+
+constexpr double kSlow = 3;  // slowest step over the median one that is worth a word (PASS-0)
 
 std::string escaped(const std::string& plain) {
   std::string out;
@@ -57,7 +60,10 @@ void write_row(std::ostream& out, const Row& row, const Survey& survey) {
     if (method->standing != Standing::offered)
       out << " <span class=\"standing\">" << (method->standing == Standing::paper ? "the paper's" : "for comparison")
           << "</span>";
-    out << "<br><span class=\"small\">" << escaped(outcome.text) << "</span></li>\n";
+    out << "<br><span class=\"small\">" << escaped(outcome.text);
+    if (at->second.slowest_step > kSlow)
+      out << text(". Slowest step ", std::round(10 * at->second.slowest_step) / 10, " times the median");
+    out << "</span></li>\n";
   }
   for (const Missing& missing : row.not_built)
     out << "<li>" << chip(Verdict::not_built) << " <b>" << escaped(missing.method) << "</b><br><span class=\"small\">"
@@ -99,13 +105,14 @@ void write_page(const Survey& survey, const std::map<std::string, std::string>& 
       << "<p>41 failures that the literature knows, each with a stress test and a criterion, run for every method that "
          "a scene can ask for, for the raw forms of the two papers, and for "
          "methods that exist here only to show why they were not chosen. In every row the least is: no NaN, no crash, "
-         "everything bounded.</p>\n<p>"
+         "everything bounded. Where a step took more than three times the median one, and more than 3 ms of processor "
+         "time, that is said beside the outcome and not part of it.</p>\n<p>"
       << chip(Verdict::pass) << " the criterion holds. " << chip(Verdict::limit)
       << " finite and bounded, but the criterion is missed: the number says by how much. " << chip(Verdict::fails)
       << " not finite, unbounded, crashed, or the failure of the row's name stays for ever. "
       << chip(Verdict::not_built) << " does not exist yet.</p>\n"
       << "<p class=\"small\">Made by <code>crumple-lab stability</code>, compiler " << escaped(__VERSION__)
-      << ". Times are not judged: the figures here do not depend on how fast the machine is. All numbers are in "
+      << ". Times are not judged: no verdict depends on how fast the machine is. All numbers are in "
          "rows.csv and maps.csv beside this page.</p>\n";
   write_summary(out, survey);
   out << "<h2>The rows</h2>\n<table>\n";

@@ -18,17 +18,18 @@ std::string quoted(const std::string& field) {
 
 void write_tables(const Survey& survey, const std::filesystem::path& dir) {
   std::ofstream rows(dir / "rows.csv");
-  rows << "row,name,method,standing,verdict,value,text\n";
+  rows << "row,name,method,standing,verdict,value,slowest_step,text\n";
   for (const Row& row : all_rows()) {
     for (const Method* method : methods_of(row.family)) {
       const auto at = survey.rows.find({row.number, method->key});
       if (at == survey.rows.end()) continue;
       const Outcome& outcome = at->second.outcome;
       rows << row.number << "," << quoted(row.name) << "," << method->key << "," << name_of(method->standing) << ","
-           << name_of(outcome.verdict) << "," << outcome.value << "," << quoted(outcome.text) << "\n";
+           << name_of(outcome.verdict) << "," << outcome.value << "," << at->second.slowest_step << ","
+           << quoted(outcome.text) << "\n";
     }
     for (const Missing& missing : row.not_built)
-      rows << row.number << "," << quoted(row.name) << "," << quoted(missing.method) << ",,not built,,"
+      rows << row.number << "," << quoted(row.name) << "," << quoted(missing.method) << ",,not built,,,"
            << quoted(missing.what) << "\n";
   }
   std::ofstream maps(dir / "maps.csv");

@@ -3,6 +3,7 @@
 #include "server/lab/stability/method.h"
 #include "server/lab/stability/outcome.h"
 
+#include <filesystem>
 #include <functional>
 
 namespace crumple::lab::stability {
@@ -10,6 +11,9 @@ namespace crumple::lab::stability {
 // How much of a check is run: the regression part takes smaller meshes and fewer seeds.
 struct Effort {
   bool brief = false;
+  // Folder of the yardstick's cases, for what takes a mesh of it; empty or not there: the row says so and does the
+  // rest. The regression part never has it, since its outcomes must not depend on it.
+  std::filesystem::path references;
 };
 
 // What a row asks for and nobody has built.

@@ -1,8 +1,10 @@
 #include "server/lab/stability/soft_trial.h"
 
 #include "server/authoring/shapes/box_lattice.h"
+#include "server/lab/stability/step_times.h"
 #include "server/sim/mesh/tet_faces.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
@@ -49,15 +51,19 @@ void SoftTrial::run(double seconds, double dt, const std::function<bool()>& afte
   worst_residual = 0;
   capped = 0;
   const long steps = std::max(1L, std::lround(seconds / dt));
+  std::vector<double> times;
   for (long k = 0; k < steps && sound(); ++k) {
+    const double from = processor_time();
     const auto report = method.step(*this, dt);
+    times.push_back(processor_time() - from);
     worst_residual = std::max(worst_residual, report.residual);
     capped += !report.converged;
     const double T = kinetic();
     largest_kinetic = std::max(largest_kinetic, T);
     largest_energy = std::max(largest_energy, T + elastic());
-    if (after_step && !after_step()) return;
+    if (after_step && !after_step()) break;
   }
+  if (method.times) method.times->add(std::move(times));
 }
 
 double SoftTrial::kinetic() const {
@@ -93,6 +99,16 @@ Vec3 SoftTrial::angular_momentum() const {
   Vec3 sum = Vec3::Zero();
   for (int i = 0; i < mesh.node_count(); ++i) sum += rest.node_mass[i] * (state.x[i] - c).cross(state.v[i]);
   return sum;
+}
+
+double SoftTrial::rigid_kinetic() const {
+  const Vec3 c = centre(), L = angular_momentum(), P = momentum();
+  Mat3 I = Mat3::Zero();
+  for (int i = 0; i < mesh.node_count(); ++i) {
+    const Vec3 r = state.x[i] - c;
+    I += rest.node_mass[i] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
+  }
+  return 0.5 * (P.squaredNorm() / rest.mass() + L.dot(I.ldlt().solve(L)));
 }
 
 double SoftTrial::spin() const {

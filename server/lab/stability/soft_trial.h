@@ -32,6 +32,7 @@ class SoftTrial {
   Vec3 momentum() const;          // [kg m/s]
   Vec3 angular_momentum() const;  // about the centre of mass [kg m^2/s]
   Vec3 centre() const;            // [m]
+  double rigid_kinetic() const;   // of the motion as a rigid body with the present shape, P and L [J]
   double spin() const;            // |L| over the rest shape's mean moment of inertia [rad/s]
   int inverted() const;           // tets of negative volume
   double shape_error() const;     // largest distance of a node from the best rigid placement of the rest shape [m]

@@ -19,7 +19,7 @@ using Json = nlohmann::json;
 constexpr double kBoundaryBudget = 20;  // of the regression part's cells [s]
 
 struct Command {
-  std::string out, only, baseline, write_baseline;
+  std::string out, only, baseline, write_baseline, references = "../shared/yardstick";
   bool ci = false;
 
   int run() const;
@@ -49,7 +49,7 @@ int Command::run() const {
 }
 
 int Command::run_only() const {
-  Plan plan = full_plan();
+  Plan plan = full_plan(references);
   std::erase_if(plan.rows, [&](const RowKey& key) { return !asked(key); });
   std::erase_if(plan.cells, [&](const CellKey& key) { return !asked(key); });
   if (plan.rows.empty() && plan.cells.empty())
@@ -99,7 +99,7 @@ int Command::run_full() const {
   if (problem) return fail("--out is " + out + ", which cannot be made: " + problem.message(), 2);
   const std::filesystem::path dir(out), journal = dir / "unfinished.jsonl";
   if (!std::ofstream(journal, std::ios::app)) return fail("--out is " + out + ", which cannot be written", 2);
-  const Survey survey = run_survey(full_plan(), journal);
+  const Survey survey = run_survey(full_plan(references), journal);
   write_tables(survey, dir);
   const auto figures = draw_maps(survey, dir);
   if (!figures) std::cerr << "crumple-lab: " << figures.error().text() << "; the page has no figures\n";
@@ -127,6 +127,9 @@ void add_command(CLI::App& app, int& exit_code) {
   s->add_flag("--ci", command->ci, "the regression part: compares with --baseline, exit 1 if something fell behind");
   s->add_option("--baseline", command->baseline, "known outcomes");
   s->add_option("--write-baseline", command->write_baseline, "after a full run: known outcomes anew");
+  s->add_option("--references", command->references,
+                "folder of reference cases; a row that wants a mesh of it says so where it is not there")
+      ->capture_default_str();
   s->add_option("--only", command->only, "one row, or one map by its key; prints, writes nothing");
   s->callback([command, &exit_code] { exit_code = command->run(); });
 }

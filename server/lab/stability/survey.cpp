@@ -2,6 +2,7 @@
 
 #include "server/lab/stability/isolated.h"
 #include "server/lab/stability/progress_bar.h"
+#include "server/lab/stability/step_times.h"
 
 #include <cmath>
 #include <fstream>
@@ -36,8 +37,13 @@ Job row_job(const RowKey& key, const Effort& effort, Survey& survey) {
   const Method& method = *find_method(key.second);
   Job job{"row " + std::to_string(key.first) + " " + key.second, row.seconds * (effort.brief ? 0.15 : 1)};
   job.work = [&row, &method, effort] {
-    const Outcome outcome = row.check(method, effort);
-    return Json{{"verdict", name_of(outcome.verdict)}, {"value", outcome.value}, {"text", outcome.text}}.dump();
+    StepTimes times;
+    const Outcome outcome = row.check(method.timed(times), effort);
+    return Json{{"verdict", name_of(outcome.verdict)},
+                {"value", outcome.value},
+                {"text", outcome.text},
+                {"slowest", times.worst()}}
+        .dump();
   };
   job.take = [key, &survey](const Json& answer, double seconds) {
     RowResult& result = survey.rows[key];
@@ -49,6 +55,7 @@ Job row_job(const RowKey& key, const Effort& effort, Survey& survey) {
     parse(answer["verdict"], result.outcome.verdict);
     result.outcome.value = answer["value"].is_number() ? answer["value"].get<double>() : std::nan("");
     result.outcome.text = answer["text"];
+    result.slowest_step = answer.value("slowest", 0.0);
   };
   return job;
 }
@@ -81,8 +88,8 @@ CellGrid Survey::grid(const HeatMap& map, const std::string& method) const {
   return grid;
 }
 
-Plan full_plan() {
-  Plan plan;
+Plan full_plan(const std::filesystem::path& references) {
+  Plan plan{.effort = {.references = references}};
   for (const Row& row : all_rows())
     for (const Method* method : methods_of(row.family)) plan.rows.emplace_back(row.number, method->key);
   for (const HeatMap& map : all_maps())

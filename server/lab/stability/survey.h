@@ -14,6 +14,7 @@ namespace crumple::lab::stability {
 struct RowResult {
   Outcome outcome;
   double seconds = 0;
+  double slowest_step = 0;  // over the median one of its run (StepTimes); 0: not measured. Reported, not judged
 };
 struct CellResult {
   Cell cell;
@@ -41,8 +42,8 @@ struct Plan {
   std::vector<RowKey> rows;
   std::vector<CellKey> cells;
 };
-Plan full_plan();
-std::vector<RowKey> rows_of_brief();  // of the regression part
+Plan full_plan(const std::filesystem::path& references = {});  // of the yardstick, as in Effort
+std::vector<RowKey> rows_of_brief();                           // of the regression part
 
 // journal: a file that holds a line for each finished job; empty: none. Jobs that it holds are not run again; it is the
 // caller's to remove. A progress bar with an estimate goes to standard error if that is a terminal, else a line now and

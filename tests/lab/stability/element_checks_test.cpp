@@ -1,5 +1,6 @@
 #include "tests/lab/stability/row_outcomes.h"
 
+#include "server/lab/stability/beam_and_modes.h"
 #include "server/lab/stability/soft_integrators.h"
 #include "server/sim/fem/rotation.h"
 
@@ -32,6 +33,30 @@ TEST(StabilityElements, QrBelowSixPercentJumpsTheSvdDoesNot) {
 TEST(StabilityElements, QrDependsOnHowABlockIsTurnedTheSvdDoesNot) {
   EXPECT_GT(outcome_of(5, "polar-qr").value, 0.05);
   EXPECT_LT(outcome_of(5, "svd").value, 1e-9);
+}
+
+TEST(StabilityElements, TheRuleOfARotationIsNeverAMirrorButPlainPolars) {
+  EXPECT_NE(outcome_of(2, "svd").text.find("det Q = -1 for 0 of"), std::string::npos);
+  EXPECT_NE(outcome_of(2, "polar-qr").text.find("det Q = -1 for 0 of"), std::string::npos);
+  EXPECT_EQ(outcome_of(2, "plain-polar").text.find("det Q = -1 for 0 of"), std::string::npos);
+}
+
+// S10's own linear tets, which CalculiX solved on the same meshes (case.json: c3d4_L0, c3d4_L1; tolerance 1e-5).
+TEST(StabilityElements, CooksMembraneIsS10s) {
+  EXPECT_NEAR(cook_ratio(0.3, 8), 1.666354 / 2.389979, 1e-6);
+  EXPECT_NEAR(cook_ratio(0.49, 8), 0.7844006 / 2.028249, 1e-6);
+  EXPECT_NEAR(cook_ratio(0.4999, 8), 0.5435493 / 1.994894, 1e-5);
+  EXPECT_NEAR(cook_ratio(0.3, 16), 2.09833 / 2.389979, 1e-5);
+}
+
+TEST(StabilityElements, ARigidMotionHasAllOfItsKineticEnergyInIt) {
+  SoftTrial cube(unit_cube(2), soft_material(), find_method("svd")->fem);
+  const Vec3 middle = cube.centre();
+  for (int i = 0; i < cube.mesh.node_count(); ++i)
+    cube.state.v[i] = Vec3(1, 2, 3) + Vec3(0.5, -2, 1).cross(Vec3(cube.mesh.X[i] - middle));
+  EXPECT_NEAR(cube.rigid_kinetic(), cube.kinetic(), 1e-9 * cube.kinetic());
+  cube.state.v[0] += Vec3(5, 0, 0);
+  EXPECT_LT(cube.rigid_kinetic(), 0.99 * cube.kinetic());
 }
 
 TEST(StabilityElements, MeshesWithoutVolumeAreRefused) {

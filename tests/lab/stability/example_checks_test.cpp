@@ -1,6 +1,7 @@
 #include "tests/lab/stability/row_outcomes.h"
 
 #include "server/lab/stability/example_trial.h"
+#include "server/lab/stability/self_intersections.h"
 
 // Why eq. 8, aligned quaternions and relative thresholds.
 namespace crumple::lab::stability {
@@ -33,6 +34,18 @@ TEST(StabilityExamples, BatteredBarStaysInTheSimplexAndComesToRest) {
   EXPECT_LT(result.simplex_error, 1e-12);
   EXPECT_GT(result.jump, 1e-4);  // it did dent
   EXPECT_LT(result.last_move, 1e-5);
+}
+
+TEST(SelfIntersections, AreCrossingTrianglesWithoutACommonCorner) {
+  const std::vector<Vec3> x{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.2, -1}, {0.2, 0.2, 1}, {2, 2, 1}, {0.3, 0.3, 5}};
+  EXPECT_EQ(self_intersections(std::vector<Triangle>{{0, 1, 2}, {3, 4, 5}}, x), 1);
+  EXPECT_EQ(self_intersections(std::vector<Triangle>{{0, 1, 2}, {4, 5, 6}}, x), 0);  // above
+  EXPECT_EQ(self_intersections(std::vector<Triangle>{{0, 1, 2}, {0, 3, 4}}, x), 0);  // a common corner
+  ExampleTrial trial(bar_set(usual_poses()), find_method("eq8")->example);
+  EXPECT_EQ(trial.intersections(), 0);
+  for (Vec3& p : trial.state.x)
+    if (p.z() < 0) p += Vec3(0.13, 0.07, -4 * p.z());  // one half through the other
+  EXPECT_GT(trial.intersections(), 0);
 }
 
 TEST(StabilityShapes, ConvexPartsSlideOverTriangleFloorsWithoutBumps) { expect_verdict(37, "convex", Verdict::pass); }

@@ -1,6 +1,7 @@
 #include "tests/lab/stability/row_outcomes.h"
 
 #include "server/lab/stability/beam_and_modes.h"
+#include "server/lab/stability/newton_statics.h"
 
 #include <cmath>
 
@@ -19,6 +20,26 @@ TEST(StabilityIntegration, BackwardEulerDampsByItsFormula) {
   expect_verdict(15, "svd", Verdict::pass);
   expect_verdict(15, "direct", Verdict::pass);
   EXPECT_GT(outcome_of(15, "explicit").value, 0.1);  // hardly damps
+  EXPECT_LT(outcome_of(15, "direct").value, 1e-6);   // a second of S12's swing is its modes', too
+}
+
+// S04's own corotational solution on this mesh, by an independent code (case.json: own_corot_c3d4_L0).
+TEST(StabilityIntegration, StaticNewtonWithTheExactTangentFindsTheElasticasEquilibrium) {
+  const auto beam = elastica(find_method("svd")->fem, 1);
+  const NewtonRun exact = newton(*beam, sim::fem::Tangent::exact);
+  ASSERT_TRUE(exact.converged) << exact.residual;
+  for (int i = 0; i < beam->mesh.node_count(); ++i)
+    if ((beam->mesh.X[i] - Vec3(1, 0.05, 0.05)).norm() < 1e-9)
+      EXPECT_LT((exact.x[i] - beam->mesh.X[i] - Vec3(-0.06681304, 0.04041490, -0.32678881)).norm(), 1e-6);
+  // Without dR in the tangent: slower at that load, nowhere at ten times it.
+  const NewtonRun frozen = newton(*beam, sim::fem::Tangent::fixed_rotation);
+  EXPECT_GT(frozen.iterations, 2 * exact.iterations);
+  EXPECT_FALSE(newton(*elastica(find_method("svd")->fem, 10), sim::fem::Tangent::fixed_rotation).converged);
+  EXPECT_TRUE(newton(*elastica(find_method("svd")->fem, 10), sim::fem::Tangent::exact).converged);
+}
+
+TEST(StabilityIntegration, SolvesStartFromTheLastVelocity) {
+  EXPECT_NE(outcome_of(12, "svd").text.find("free flight takes 0 iterations"), std::string::npos);
 }
 
 TEST(StabilityIntegration, CappedSolvesAreReportedAndKeepTheMomentum) {

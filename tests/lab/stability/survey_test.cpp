@@ -1,4 +1,5 @@
 #include "server/lab/stability/isolated.h"
+#include "server/lab/stability/step_times.h"
 #include "server/lab/stability/survey.h"
 #include "tests/support/temporary_folder.h"
 
@@ -45,6 +46,22 @@ TEST(Survey, TakesFinishedJobsFromTheJournalAndCutOffOnesNot) {
   std::getline(in, line);
   std::getline(in, line);
   EXPECT_NE(line.find("row 33 eq9"), std::string::npos);
+}
+
+TEST(StepTimes, CompareTheSlowestStepWithTheMedianAndShortOnesWithAMillisecond) {
+  StepTimes times;
+  EXPECT_EQ(times.worst(), 0);
+  times.add({0.004, 0.005, 0.020, 0.005, 0.004});
+  EXPECT_DOUBLE_EQ(times.worst(), 4);
+  times.add({1e-6, 1e-6, 2e-3});
+  EXPECT_DOUBLE_EQ(times.worst(), 4);
+  times.add({1e-6, 1e-6, 5e-3});
+  EXPECT_DOUBLE_EQ(times.worst(), 5);
+}
+
+TEST(Survey, TakesDownTheSlowestStepOfARow) {
+  const Survey survey = run_survey({.effort = {.brief = true}, .rows = {{6, "svd"}}}, {});
+  EXPECT_GT(survey.rows.at({6, "svd"}).slowest_step, 0);
 }
 
 TEST(Survey, FullPlanHoldsEveryRowForEveryMethodOfItsFamily) {
