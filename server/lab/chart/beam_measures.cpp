@@ -84,7 +84,8 @@ Result<Scene> swing_scene(const Setup& setup, const Workshop& workshop) {
 Sample to_sample(const Motion& motion, const Setup& setup) {
   Sample sample;
   sample.values = {{"seconds", motion.seconds}, {"iterations", motion.iterations}, {"ms_per_step", 1000 * motion.seconds * setup.dt},
-                   {"capped_steps", motion.capped_steps}, {"energy", motion.energy}};
+                   {"capped_steps", motion.capped_steps}, {"energy", motion.energy}, {"energy_lost", motion.energy_lost}};
+  sample.values.insert(motion.stages.values.begin(), motion.stages.values.end());
   sample.failure = motion.failure;
   // Where the cap is the knob, ending at it is the setting.
   if (motion.capped_steps > 0 && setup.cg_cap >= Setup{}.cg_cap) sample.failure = text(motion.capped_steps, " steps ended at the cap");
@@ -182,6 +183,7 @@ Measure beam_against_direct_solves() {
             if (!motion) return std::unexpected(motion.error());
             Sample sample = to_sample(*motion, setup);
             sample.values["error"] = relative_l2(motion->nodes, *reference);
+            sample.values["error_max"] = largest_of_samples(motion->nodes, *reference, motion->nodes.size() * 3 / motion->tip.size());
             return sample;
           },
           hash_of(make)};
@@ -282,6 +284,7 @@ Measure swing() {
             if (!motion) return std::unexpected(motion.error());
             Sample sample = to_sample(*motion, setup);
             sample.values["error"] = relative_l2(motion->tip, workshop.arrays["swing"]);
+            sample.values["error_max"] = largest_of_samples(motion->tip, workshop.arrays["swing"], 3);
             sample.values["floor"] = workshop.floors["swing"];
             return sample;
           },

@@ -67,12 +67,13 @@ int ChartCommand::run() const {
   // What is missing is said before anything runs.
   if (auto found = find_gnuplot(); !found) return fail(found.error());
   Workshop workshop{.yardstick = references, .quick = quick};
-  std::vector<Study> all = studies(workshop);
+  const std::vector<Study> all = studies(workshop);
+  std::vector<Study> asked = all;
   if (!only.empty()) {
     std::string names;
     for (const Study& s : all) names += " " + s.name;
-    std::erase_if(all, [&](const Study& s) { return s.name != only; });
-    if (all.empty()) return fail({ErrorCode::invalid_argument, "--only", "is " + only + ", must be one of:" + names});
+    std::erase_if(asked, [&](const Study& s) { return s.name != only; });
+    if (asked.empty()) return fail({ErrorCode::invalid_argument, "--only", "is " + only + ", must be one of:" + names});
   }
   std::error_code error;
   fs::create_directories(out, error);
@@ -80,24 +81,28 @@ int ChartCommand::run() const {
 
   RunOptions options{.points_file = fs::path(out) / "points.csv", .quick = quick};
   if (quick) options = {.points_file = options.points_file, .runs = 3, .seeds = 3, .enough_seconds = 0.4, .quick = true};
-  auto points = run_studies(all, options, workshop, show_progress);
+  auto points = run_studies(asked, options, workshop, show_progress);
   if (!points) return fail(points.error());
 
+  // What was not run now is shown as it was measured last.
+  const std::vector<Point> before = read_points(options.points_file);
   std::vector<Drawn> drawn;
   for (const Study& study : all) {
     Drawn d{&study, {}, ""};
     for (const Point& p : *points) {
       if (p.study == study.name) d.points.push_back(p);
     }
+    if (d.points.empty()) d.points = newest_points(before, study);
     if (!d.points.empty()) {
       if (auto done = draw(figure(study, d.points, footer(d.points)), out, study.name); !done) return fail(done.error());
       d.svg = contents(fs::path(out) / (study.name + ".svg"));
     }
     drawn.push_back(std::move(d));
   }
-  const std::string how = text(machine_name(), "; ", compiler_name(), "; commit ", commit(), ". ",
-                               quick ? "A quick run: up to three repeats of a point, three seeds of an ensemble, shorter scenes, the dear settings left out."
-                                     : "Ten pinned runs of a point, twenty seeds of an ensemble; median and quartiles.");
+  const std::string how = text(
+      "Drawn on ", machine_name(), "; ", compiler_name(), "; commit ", commit(), ". Each figure names machine and commit of its own points. ",
+      "Ten pinned runs of a point, twenty seeds of an ensemble; median and quartiles. Where a commit is marked quick: up to three repeats, three seeds, "
+      "shorter scenes, the dear settings left out.");
   std::ofstream file(fs::path(out) / "index.html", std::ios::binary);
   file << page(drawn, not_built(), how);
   file.close();
@@ -112,7 +117,7 @@ void add_chart_command(CLI::App& app, int& exit_code) {
   auto command = std::make_shared<ChartCommand>();
   auto* c = app.add_subcommand("chart", "error against cost for every setting: a page, figures and points.csv; goes on where it was interrupted");
   c->add_option("--out", command->out, "folder for index.html, figures and points.csv")->required();
-  c->add_option("--only", command->only, "one study, by name");
+  c->add_option("--only", command->only, "run one study, by name; the page shows the others as they were measured last");
   c->add_option("--references", command->references, "folder of reference cases; what is not there is left out and said so")->capture_default_str();
   c->add_flag("--quick", command->quick, "under three minutes: fewer repeats, the dear settings left out");
   c->callback([command, &exit_code] { exit_code = command->run(); });

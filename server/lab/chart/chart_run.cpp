@@ -29,8 +29,7 @@ Point planned(const Study& study, const Curve& curve, const KnobValue& value, co
   point.runs = study.seeds ? options.seeds : options.runs;
   if (auto hash = study.measure.scene_hash(turned(curve, value), workshop)) point.scene_hash = hexadecimal(*hash);
   else point.failure = hash.error().text();
-  // A quick run's references are coarser: its points are not the full chart's.
-  point.commit = commit() + (options.quick ? " quick" : "");
+  point.commit = commit() + (options.quick ? kQuickMark : "");
   point.machine = machine_name();
   point.compiler = compiler_name();
   return point;
@@ -56,6 +55,30 @@ Result<std::ofstream> open_points(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+std::vector<Point> newest_points(const std::vector<Point>& points, const Study& study) {
+  const auto last = [&](bool quick) -> const Point* {
+    const Point* found = nullptr;
+    for (const Point& p : points) {
+      if (p.study == study.name && is_quick(p) == quick) found = &p;
+    }
+    return found;
+  };
+  const Point* newest = last(false);
+  if (!newest) newest = last(true);
+  std::vector<Point> out;
+  if (!newest) return out;
+  for (const Curve& curve : study.curves) {
+    for (const KnobValue& value : curve.knob.values) {
+      const Point* found = nullptr;
+      for (const Point& p : points) {
+        if (p.study == study.name && p.curve == curve.name && p.label == value.label && p.commit == newest->commit) found = &p;
+      }
+      if (found) out.push_back(*found);
+    }
+  }
+  return out;
+}
 
 Point measure_point(const Study& study, const Curve& curve, const KnobValue& value, const RunOptions& options, Workshop& workshop) {
   Point point = planned(study, curve, value, options, workshop);

@@ -23,6 +23,10 @@ using Progress = std::function<void(int done, int total, const std::string& what
 Result<std::vector<Point>> run_studies(const std::vector<Study>& studies, const RunOptions& options, Workshop& workshop,
                                        const Progress& progress);
 
+// What a page shows of a study that was not run now: the points of the commit that was measured last, in the order of the
+// table, without those whose curve or setting is not in it any more. Points of quick runs only where there are no others.
+std::vector<Point> newest_points(const std::vector<Point>& points, const Study& study);
+
 // One point, measured: `runs` samples become spreads. For ensembles the set-up's seed counts up from 1.
 Point measure_point(const Study& study, const Curve& curve, const KnobValue& value, const RunOptions& options, Workshop& workshop);
 

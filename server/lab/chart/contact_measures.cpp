@@ -2,6 +2,7 @@
 #include "server/lab/benchmark_scenes.h"
 #include "server/lab/chart/measures.h"
 #include "server/lab/chart/motion.h"
+#include "server/lab/chart/stage_split.h"
 #include "server/sim/world.h"
 
 #include <cmath>
@@ -65,14 +66,19 @@ Result<Watched> watch(const sim::SceneDescription& scene, const Setup& setup, co
   sim::World& world = **made;
   Watched w;
   w.stands.push_back(stand(world));
+  StageSplit split(world);
   double wall = 0, iterations = 0;
   for (double time : times) {
-    const double from = now_seconds();
-    while (world.time() < time - 1e-9) iterations += world.step().solver_iterations;
-    wall += now_seconds() - from;
+    while (world.time() < time - 1e-9) {
+      const double from = now_seconds();
+      iterations += world.step().solver_iterations;
+      wall += now_seconds() - from;
+      split.add();
+    }
     w.stands.push_back(stand(world));
   }
   w.sample.values = {{"seconds", wall / times.back()}, {"iterations", iterations / static_cast<double>(world.step_count())}};
+  split.report(w.sample);
   if (!w.stands.back().mean.allFinite()) w.sample.failure = "not finite";
   return w;
 }

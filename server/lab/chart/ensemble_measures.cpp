@@ -2,6 +2,7 @@
 #include "server/lab/benchmark_scenes.h"
 #include "server/lab/chart/measures.h"
 #include "server/lab/chart/motion.h"
+#include "server/lab/chart/stage_split.h"
 #include "server/sim/world.h"
 
 #include <algorithm>
@@ -133,12 +134,14 @@ Measure pile_ensemble() {
             sim::World& world = **made;
             const double end = workshop.quick ? 0.5 : 4;
             Sample sample;
+            StageSplit split(world);
             double wall = 0, iterations = 0, worst = 0, penetration = 0, peak = 0, settled = 0;
             int capped = 0;
             while (world.time() < end - 1e-9) {
               const double from = now_seconds();
               const sim::StepReport report = world.step();
               const double took = now_seconds() - from;
+              split.add();
               wall += took;
               worst = std::max(worst, 1000 * took);
               iterations += report.solver_iterations;
@@ -151,6 +154,7 @@ Measure pile_ensemble() {
             double height = 0;
             for (int b = 0; b < kSoft; ++b) height += world.pose(static_cast<BodyId>(b)).p_WB.y() / kSoft;
             finish(wall, world.time(), iterations, worst, penetration, world, capped, sample);
+            split.report(sample);
             sample.values["peak_speed"] = peak;
             sample.values["settle_time"] = settled;
             sample.values["mean_height"] = height;
@@ -170,6 +174,7 @@ Measure panel_ensemble() {
             sim::World& world = **made;
             const double end = workshop.quick ? 0.2 : 1;
             Sample sample;
+            StageSplit split(world);
             double wall = 0, iterations = 0, worst = 0, penetration = 0, impulse = 0, last_break = 0;
             int capped = 0;
             Vec3 before = world.velocity(kBox);
@@ -177,6 +182,7 @@ Measure panel_ensemble() {
               const double from = now_seconds();
               const sim::StepReport report = world.step();
               const double took = now_seconds() - from;
+              split.add();
               wall += took;
               worst = std::max(worst, 1000 * took);
               iterations += report.solver_iterations;
@@ -194,6 +200,7 @@ Measure panel_ensemble() {
             }
             const sim::FemView view = world.fem(kPanel);
             finish(wall, world.time(), iterations, worst, penetration, world, capped, sample);
+            split.report(sample);
             sample.values["fragments"] = view.fragments;
             sample.values["largest_piece"] = largest_piece(*std::get<sim::FemModel>(scene.bodies[kPanel].model).mesh, view.tets);
             sample.values["peak_impulse"] = impulse;

@@ -149,6 +149,12 @@ void draw_panel(const Canvas& canvas, int index, const Panel& panel, std::ostrin
   if (panel.real_time) {
     out << "set arrow 900 from graph 0, first 1 to graph 1, first 1 nohead dt 2 lw 1.5 lc rgb '#777777'\n"
         << "set label 901 'real time' at graph 0.99, first 1 right offset 0,0.5 font ',9' tc rgb '#777777'\n";
+    // What a scene of many such bodies can give to one.
+    constexpr double kShare = 1.0 / 60;
+    if (y.low < kShare && kShare < y.high) {
+      out << "set arrow 902 from graph 0, first " << kShare << " to graph 1, first " << kShare << " nohead dt 3 lw 1 lc rgb '#aaaaaa'\n"
+          << "set label 903 '1/60 of it' at graph 0.99, first " << kShare << " right offset 0,0.5 font ',8' tc rgb '#aaaaaa'\n";
+    }
   }
 
   // Labels, in pixels of the panel.

@@ -1,10 +1,12 @@
 #include "server/lab/chart/motion.h"
 
+#include "server/lab/chart/stage_split.h"
 #include "server/sim/fem/implicit_euler.h"
 #include "server/sim/linear_solver/cholesky.h"
 #include "server/sim/state_hash.h"
 #include "server/sim/world.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -57,22 +59,31 @@ Result<Motion> step_world(const sim::SceneDescription& scene, int threads, doubl
   const std::vector<Vec3> start = world.fem(kFirstBody).x;
 
   Motion motion;
-  double iterations = 0;
+  StageSplit split(world);
+  double iterations = 0, fastest = 0;
+  const auto energy = [&] {
+    const sim::Energies e = world.energies();
+    fastest = std::max(fastest, e.kinetic);
+    return e.kinetic + e.elastic + e.gravitational;
+  };
+  const double at_start = energy();
   const int samples = sample_count(end), steps = steps_a_sample(scene.dt);
   for (int s = 0; s < samples; ++s) {
     const double from = now_seconds();
     for (int k = 0; k < steps; ++k) {
       const sim::StepReport report = world.step();
+      split.add();
       iterations += report.solver_iterations;
       motion.capped_steps += report.capped_solves > 0;
     }
     motion.seconds += (now_seconds() - from) / end;
     world.take_events();
     sample(start, world.fem(kFirstBody).x, rest->node_mass, probe, motion);
+    motion.energy = energy();
   }
   motion.iterations = iterations / (samples * steps);
-  const sim::Energies energies = world.energies();
-  motion.energy = energies.kinetic + energies.elastic + energies.gravitational;
+  motion.energy_lost = fastest > 0 ? (at_start - motion.energy) / fastest : 0;
+  split.report(motion.stages);
   if (world.fem(kFirstBody).inverted > 0) motion.failure = "inverted elements at the end";
   if (!finite(motion.nodes)) motion.failure = "not finite";
   return motion;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "server/lab/chart/point.h"
 #include "server/lab/yardstick_case.h"
 #include "server/sim/scene.h"
 
@@ -18,6 +19,8 @@ struct Motion {
   double iterations = 0;      // of conjugate gradients a step
   int capped_steps = 0;
   double energy = 0;          // kinetic + elastic + gravitational at the end [J]
+  double energy_lost = 0;     // of it since the start, over the largest kinetic energy of a sample [-]
+  Sample stages;              // where the steps' time went (StageSplit); empty for direct runs
   std::string failure;        // not finite, inverted at the end
 };
 

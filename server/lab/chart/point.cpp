@@ -115,6 +115,8 @@ std::vector<Point> read_points(const std::filesystem::path& file) {
   return points;
 }
 
+bool is_quick(const Point& point) { return point.commit.ends_with(kQuickMark); }
+
 const Point* find_point(const std::vector<Point>& points, const Point& wanted) {
   const Point* found = nullptr;
   for (const Point& p : points) {

@@ -42,4 +42,9 @@ std::vector<Point> read_points(const std::filesystem::path& file);
 // The last point of this study, curve, label, scene and commit with so many runs or more; null if there is none.
 const Point* find_point(const std::vector<Point>& points, const Point& wanted);
 
+// A quick run's references are coarser and its runs fewer: its points carry this behind their commit and never stand in
+// for full ones.
+inline constexpr const char* kQuickMark = " quick";
+bool is_quick(const Point& point);
+
 }  // namespace crumple::lab::chart

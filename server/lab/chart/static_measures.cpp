@@ -5,6 +5,7 @@
 #include "server/lab/static_solve.h"
 #include "server/lab/vibration_modes.h"
 #include "server/sim/fem/corotational.h"
+#include "server/sim/fem/elements.h"
 #include "server/sim/fem/rotation.h"
 #include "server/sim/state_hash.h"
 
@@ -108,12 +109,28 @@ Result<std::uint64_t> stored_hash(const Setup& setup, Workshop& workshop) {
   return level_hash(read->level, read->material);
 }
 
-double field_error(const Stored& read, const StaticSolution& solution, const std::string& field) {
-  std::vector<double> reference;
+std::vector<double> field_of(const Stored& read, const std::string& field) {
+  std::vector<double> values;
   for (const Json& row : read.level_json["solutions"][field]) {
-    for (int c = 0; c < 3; ++c) reference.push_back(row[c].get<double>());
+    for (int c = 0; c < 3; ++c) values.push_back(row[c].get<double>());
   }
-  return relative_l2(flat(solution.displacements), reference);
+  return values;
+}
+
+double field_error(const Stored& read, const StaticSolution& solution, const std::string& field) {
+  return relative_l2(flat(solution.displacements), field_of(read, field));
+}
+
+// sqrt((u - r) K (u - r) / r K r) with this mesh's K at rest: what a stress is off by, where the L2 norm is about places.
+Result<double> energy_error(const Stored& read, const StaticSolution& solution, const std::string& field) {
+  auto rest = rest_body(read.level, read.material);
+  if (!rest) return std::unexpected(rest.error());
+  const std::vector<Mat3> unstrained(read.level.mesh.tets.size(), Mat3::Zero());
+  const auto K = sim::fem::tangent_stiffness(*rest, read.level.mesh.tets, read.level.mesh.X, unstrained, sim::fem::Tangent::fixed_rotation);
+  const std::vector<double> u = flat(solution.displacements), reference = field_of(read, field);
+  const Eigen::Map<const Eigen::VectorXd> r(reference.data(), static_cast<Eigen::Index>(reference.size()));
+  const Eigen::VectorXd d = Eigen::Map<const Eigen::VectorXd>(u.data(), static_cast<Eigen::Index>(u.size())) - r;
+  return std::sqrt(d.dot(K * d) / r.dot(K * r));
 }
 
 int nearest(const std::vector<Vec3>& X, const Vec3& target) {
@@ -228,6 +245,11 @@ Measure stored_case() {
             Sample sample = to_sample(*timed);
             if (read->level_json["solutions"].contains(setup.field)) {
               sample.values["error"] = field_error(*read, timed->solution, setup.field);
+              if (model == Model::linear) {
+                auto energy = energy_error(*read, timed->solution, setup.field);
+                if (!energy) return std::unexpected(energy.error());
+                sample.values["error_energy"] = *energy;
+              }
               sample.values["floor"] = setup.case_name.starts_with("S09") ? read->scalars["c3d10_L0_vs_L1_relL2"].get<double>() : 0;
             } else {
               const Probe p = probe(*read, timed->solution, setup);

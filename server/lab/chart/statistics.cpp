@@ -76,4 +76,19 @@ double relative_l2(std::span<const double> a, std::span<const double> b) {
   return size > 0 ? std::sqrt(difference / size) : std::sqrt(difference);
 }
 
+double largest_of_samples(std::span<const double> a, std::span<const double> b, std::size_t size) {
+  assert(a.size() == b.size() && size > 0 && a.size() % size == 0);
+  double difference = 0, largest = 0;
+  for (std::size_t from = 0; from < a.size(); from += size) {
+    double d = 0, l = 0;
+    for (std::size_t k = from; k < from + size; ++k) {
+      d += (a[k] - b[k]) * (a[k] - b[k]);
+      l += b[k] * b[k];
+    }
+    difference = std::max(difference, d);
+    largest = std::max(largest, l);
+  }
+  return largest > 0 ? std::sqrt(difference / largest) : std::sqrt(difference);
+}
+
 }  // namespace crumple::lab::chart

@@ -32,4 +32,8 @@ std::vector<std::size_t> pareto_front(std::span<const Offer> offers);
 // sqrt(sum |a - b|^2 / sum |b|^2) over all entries; both of one size. b = 0: |a| itself.
 double relative_l2(std::span<const double> a, std::span<const double> b);
 
+// The maximum over time that goes with it: the largest |a - b| of a sample over the largest |b| of one. `size`: entries
+// of a sample; it divides both.
+double largest_of_samples(std::span<const double> a, std::span<const double> b, std::size_t size);
+
 }  // namespace crumple::lab::chart

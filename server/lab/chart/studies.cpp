@@ -70,6 +70,7 @@ Study stored(const Workshop& w) {
   s.scene = "The collection's own meshes: cantilever, large deflection, torsion, sphere, first frequency, bunny, Cook's membrane, cylinder.";
   s.reference = "Quadratic tets of CalculiX or closed forms, as the cases name them.";
   s.measure = stored_case();
+  s.scene_a_curve = true;
   s.real_time = false;
   s.cost_axis = "wall seconds of a solve";
   struct Row {
@@ -88,10 +89,7 @@ Study stored(const Workshop& w) {
                       {"S10 Cook, nu 0.4999", "S10_cook_membrane_nu", "tip", 0.4999, ""},
                       {"S13 cylinder", "S13_thick_cylinder_pressure", "exact_lame", 0, ""}};
   for (const Row& r : rows) {
-    if (!w.has(r.case_name)) {
-      s.unmet = "Reference not at hand: the collection of static cases was not found.";
-      continue;
-    }
+    if (!w.has(r.case_name)) s.unmet = "Reference not at hand: the collection of static cases was not found.";
     s.curves.push_back({r.name, knobs::levels({"L0", "L1"}, r.heavy), {.case_name = r.case_name, .field = r.field, .poisson = r.poisson}, 0, kTwoLevels});
   }
   return s;
@@ -141,10 +139,9 @@ Study law_cases(const Workshop& w) {
   s.error_axis = "relative gap of the displacement";
   s.cost_axis = "wall seconds of a solve";
   if (!w.has("S04_elastica_large_deflection")) s.unmet = "Reference not at hand: the collection of static cases was not found.";
-  else
-    s.curves = {{"S04 elastica", knobs::levels({"L0", "L1"}, "L1"), {.case_name = "S04_elastica_large_deflection", .field = "ccx_c3d4_nlgeom"}, 0, kTwoLevels},
-                {"S05 torsion by 45 degrees", knobs::levels({"L0_45deg"}), {.case_name = "S05_torsion_square_bar", .field = "ccx_c3d4_nlgeom"}, 0, "one level is stored"},
-                {"S09 bunny", knobs::levels({"L0"}, "L0"), {.case_name = "S09_bunny_hung", .field = "ccx_c3d4_nlgeom"}, 0, "one level is stored"}};
+  s.curves = {{"S04 elastica", knobs::levels({"L0", "L1"}, "L1"), {.case_name = "S04_elastica_large_deflection", .field = "ccx_c3d4_nlgeom"}, 0, kTwoLevels},
+              {"S05 torsion by 45 degrees", knobs::levels({"L0_45deg"}), {.case_name = "S05_torsion_square_bar", .field = "ccx_c3d4_nlgeom"}, 0, "one level is stored"},
+              {"S09 bunny", knobs::levels({"L0"}, "L0"), {.case_name = "S09_bunny_hung", .field = "ccx_c3d4_nlgeom"}, 0, "one level is stored"}};
   return s;
 }
 
@@ -153,6 +150,7 @@ Study dents() {
   s.scene = "A block of 0.6 x 0.4 x 0.4 m and 96 kg struck on one side by 500 N s: the shape that stays after half a second, its rigid motion taken out.";
   s.reference = "Our own finest finite elements (16 cells across, plastic); shaded: how far they moved since the next coarser mesh. Not a reference from elsewhere.";
   s.measure = dent();
+  s.more = {kIterations};
   s.curves = {{"finite elements, cells across", knobs::cells({2, 4, 6, 8, 10}, 6), {.dt = 1.0 / 240}},
               {"example-based, example fitted to the dent, alpha", knobs::alpha({10, 30, 100, 200, 400, 800, 1600}), {.dt = 1.0 / 240, .body = BodyKind::fitted_rig}},
               {"example-based, generated rig, alpha", knobs::alpha({0.3, 0.6, 1, 2, 4, 8, 16}), {.dt = 1.0 / 240, .body = BodyKind::default_rig}},
@@ -178,6 +176,7 @@ Study rest() {
   s.reference = "No overlap at all. Depth by the block's edge.";
   s.measure = resting_block();
   s.error_axis = "depth / edge";
+  s.more = {kIterations};
   s.curves = {{"dt", knobs::dt(), {}}, {"kappa, dt = 1/60", knobs::kappa(), {}}};
   return s;
 }
@@ -188,7 +187,7 @@ Study friction() {
   s.reference = "a = g (sin - mu cos).";
   s.measure = sliding_block(0.3);
   s.error_axis = "relative error of the acceleration";
-  s.more = {kDt};
+  s.more = {kDt, kIterations};
   s.curves = {{"slides, mu = 0.3", knobs::dt(), {}}};
   return s;
 }
@@ -199,7 +198,7 @@ Study stick() {
   s.reference = "No motion. Drift in two seconds by the block's edge.";
   s.measure = sticking_block();
   s.error_axis = "drift / edge";
-  s.more = {kDt};
+  s.more = {kDt, kIterations};
   s.curves = {{"sticks, mu = 0.5", knobs::dt(), {}}};
   return s;
 }

@@ -60,7 +60,9 @@ struct Study {
   std::string value_axis;         // of the knob's value, where that goes across
   std::vector<PeerPoint> peers;
   std::vector<std::string> statistics;     // of an ensemble: quantities, in order of the panels
-  std::string unmet;              // why the whole study cannot run; it then stands in the page with this sentence
+  std::string unmet;              // why the whole study cannot run; it then stands in the page with this sentence, or
+                                  // with the points that an earlier run has left
+  bool scene_a_curve = false;     // each curve is a scene of its own: its cheapest setting is looked for apart
   bool seeds = false;             // runs are seeds, not repeats
 };
 

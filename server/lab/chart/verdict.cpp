@@ -42,7 +42,46 @@ std::string failures(const Study& study, const std::vector<Point>& points) {
               " on the top edge; the first: ", where(study, *first), " (", first->failure, ").");
 }
 
+std::string thresholds(const Study& study, const std::vector<Point>& points);
+
+// Of a study whose curves are scenes of their own.
+std::string thresholds_of_curves(const Study& study, const std::vector<Point>& points) {
+  std::string out;
+  for (const Curve& curve : study.curves) {
+    Study alone = study;
+    alone.curves = {curve};
+    alone.scene_a_curve = false;
+    std::vector<Point> mine;
+    for (const Point* p : of_curve(points, curve.name)) mine.push_back(*p);
+    if (!mine.empty()) out += text(" ", curve.name, ":", thresholds(alone, mine));
+  }
+  return out;
+}
+
+// Whether a model cheaper than finite elements is enough, in words: what of 10, 3 and 1 % it meets, in each quantity.
+std::string cheaper_models(const Study& study, const std::vector<Point>& points) {
+  std::string out;
+  for (const Curve& curve : study.curves) {
+    if (curve.base.body == BodyKind::finite_elements) continue;
+    std::vector<Point> mine;
+    for (const Point* p : of_curve(points, curve.name)) mine.push_back(*p);
+    if (mine.empty()) continue;
+    std::string met;
+    for (const auto& [quantity, what] : {std::pair{"error", "the shape"}, {"error_motion", "where it goes"}}) {
+      if (!mine.front().measured.contains(quantity)) continue;
+      double tightest = 0;
+      for (const double limit : {0.1, 0.03, 0.01}) {
+        if (cheapest(mine, limit, quantity)) tightest = limit;
+      }
+      met += text(met.empty() ? " " : ", ", tightest > 0 ? text("meets ", as_error(tightest)) : std::string("does not meet 10 %"), " in ", what);
+    }
+    out += text(" ", curve.base.body == BodyKind::rigid ? "A rigid body" : curve.name, met, ".");
+  }
+  return out;
+}
+
 std::string thresholds(const Study& study, const std::vector<Point>& points) {
+  if (study.scene_a_curve) return thresholds_of_curves(study, points);
   std::string out;
   const Point* last = nullptr;
   for (const double limit : {0.1, 0.03, 0.01}) {
@@ -210,11 +249,10 @@ std::string dominating_part(const Point& point) {
 }
 
 std::string conclusion(const Study& study, const std::vector<Point>& points) {
-  if (!study.unmet.empty()) return study.unmet;
-  if (points.empty()) return "Nothing of this study has been run.";
+  if (points.empty()) return study.unmet.empty() ? "Nothing of this study has been run." : study.unmet;
   std::string out;
   switch (study.kind) {
-    case FigureKind::work_precision: out = thresholds(study, points); break;
+    case FigureKind::work_precision: out = thresholds(study, points) + cheaper_models(study, points); break;
     case FigureKind::pareto: out = of_pareto(study, points); break;
     case FigureKind::against_value: out = of_values(study, points); break;
     case FigureKind::cost: out = of_costs(study, points); break;

@@ -53,6 +53,32 @@ TEST(ChartProgram, AQuickRunOfOneStudyGivesAPageFiguresAndPoints) {
   EXPECT_EQ(contents(out + "/points.csv"), before);
 }
 
+TEST(ChartProgram, OneStudyAnewLeavesTheOthersInThePage) {
+  if (!find_gnuplot()) GTEST_SKIP() << find_gnuplot().error().text();
+  const test::TemporaryFolder folder;
+  const std::string out = folder.path().string();
+  // What an earlier commit left.
+  Point old{.study = "law", .curve = "simple shear", .label = "0.01", .value = 0.01, .runs = 10};
+  old.measured["error"] = {0.01, 0.01, 0.01, 0.01};
+  old.scene_hash = "00000000000000aa";
+  old.commit = "0123456789";
+  old.machine = "another machine";
+  old.compiler = "another compiler";
+  folder.write("points.csv", csv_header() + "\n" + csv_line(old) + "\n");
+  std::string line;
+  ASSERT_EQ(lab({"chart", "--out", out, "--quick", "--only", "law-stretch"}, &line), 0);
+  EXPECT_EQ(nlohmann::json::parse(line)["points"], 7);  // run now
+  const std::string html = contents(out + "/index.html");
+  EXPECT_NE(html.find("id=\"law\""), std::string::npos);
+  EXPECT_NE(html.find("id=\"law-stretch\""), std::string::npos);
+  EXPECT_NE(html.find("commit 0123456789"), std::string::npos);
+  EXPECT_NE(html.find("another machine"), std::string::npos);
+  EXPECT_NE(html.find("Only 1 of 7 settings"), std::string::npos);
+  EXPECT_NE(html.find("Not measured yet: pareto"), std::string::npos);
+  EXPECT_EQ(html.find("id=\"pareto\""), std::string::npos);
+  EXPECT_FALSE(contents(out + "/law.png").empty());
+}
+
 TEST(ChartProgram, GapsOfTheLawsAreOfFirstOrder) {
   if (!find_gnuplot()) GTEST_SKIP() << find_gnuplot().error().text();
   const test::TemporaryFolder folder;

@@ -107,6 +107,33 @@ TEST_F(ChartRun, RunsAgainWhenTheSceneChangedOrMoreRunsAreAsked) {
   EXPECT_EQ(calls, 3 * 5);  // one run was enough to know that the last fails
 }
 
+// A point of the counted study as a file of another commit holds it.
+Point stored(const std::string& label, const std::string& commit, double error) {
+  Point p{.study = "counted", .curve = "one", .label = label, .runs = 10, .commit = commit};
+  p.measured["error"] = {error, error, error, error};
+  return p;
+}
+
+TEST(NewestPoints, AreThoseOfTheCommitThatWasMeasuredLastInTheOrderOfTheTable) {
+  int calls = 0;
+  const Study study = counted(calls);
+  Point other = stored("a", "newer", 9);
+  other.study = "another";
+  const std::vector<Point> file{stored("a", "old", 1),   stored("b", "old", 1),    stored("b", "new", 2),        stored("a", "new", 2),
+                                stored("a", "new", 3),   stored("gone", "new", 2), stored("a", "newer quick", 4), other};
+  const auto points = newest_points(file, study);
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_EQ(points[0].label, "a");
+  EXPECT_EQ(points[0].median("error"), 3);  // the last one of that commit
+  EXPECT_EQ(points[1].label, "b");
+  EXPECT_EQ(points[1].commit, "new");
+  // Quick points where there are no others.
+  const auto quick = newest_points({stored("a", "newer quick", 4)}, study);
+  ASSERT_EQ(quick.size(), 1u);
+  EXPECT_TRUE(is_quick(quick[0]));
+  EXPECT_TRUE(newest_points({}, study).empty());
+}
+
 TEST_F(ChartRun, EnsemblesCountTheirSeedsUp) {
   int calls = 0;
   Study study = counted(calls);

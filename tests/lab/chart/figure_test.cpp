@@ -62,6 +62,30 @@ TEST(Verdict, FindsTheCheapestSettingThatIsGoodEnoughAndDidNotFail) {
   EXPECT_NE(words.find("measured by others"), std::string::npos) << words;
 }
 
+TEST(Verdict, LooksForTheCheapestOfEachCurveWhereCurvesAreScenes) {
+  Study s = study();
+  s.scene_a_curve = true;
+  const std::string words = conclusion(s, points());
+  EXPECT_NE(words.find("fine: The cheapest within 10 %"), std::string::npos) << words;
+  EXPECT_NE(words.find("coarse: The cheapest within 10 %"), std::string::npos) << words;
+  const std::string html = page({{&s, points(), "<svg></svg>"}}, {}, "");
+  EXPECT_NE(html.find("</a>: fine</td>"), std::string::npos);
+  EXPECT_NE(html.find("</a>: coarse</td>"), std::string::npos);
+}
+
+TEST(Verdict, SaysWhatARigidBodyMeets) {
+  Study s = study();
+  s.curves[1].base.body = BodyKind::rigid;
+  auto all = points();
+  for (Point& p : all) {
+    if (p.curve != "coarse") continue;
+    p.measured["error"] = {1, 1, 1, 1};
+    p.measured["error_motion"] = {0.001, 0.001, 0.001, 0.001};
+  }
+  const std::string words = conclusion(s, all);
+  EXPECT_NE(words.find("A rigid body does not meet 10 % in the shape, meets 1 % in where it goes."), std::string::npos) << words;
+}
+
 TEST(Verdict, NamesTheLargestPart) {
   Point p = point("fine", 1, 0.1, 1);
   EXPECT_EQ(dominating_part(p), "");
@@ -109,6 +133,17 @@ TEST(Figure, EveryKindIsDrawnAndSaysWhereItComesFrom) {
     EXPECT_EQ(svg.rfind("</svg>") , svg.find_last_not_of("\n ") - 5) << name;  // whole
     EXPECT_EQ(contents(folder.path() / (name + ".png")).substr(1, 3), "PNG") << name;
   }
+}
+
+TEST(Page, ShowsWhereTheTimeGoesAndWhatElseWasMeasured) {
+  const Study s = study();
+  auto all = points();
+  all[0].measured["ms_solve"] = {3, 3, 3, 3};
+  all[0].measured["error_max"] = {0.2, 0.2, 0.2, 0.2};
+  const std::string html = page({{&s, all, "<svg></svg>"}}, {}, "");
+  EXPECT_NE(html.find("<th>solve</th>"), std::string::npos);
+  EXPECT_NE(html.find("<th>largest error over time</th>"), std::string::npos);
+  EXPECT_EQ(html.find("<th>contact</th>"), std::string::npos);
 }
 
 TEST(Figure, AFolderThatDoesNotExistIsAnError) {

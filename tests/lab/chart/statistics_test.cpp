@@ -64,5 +64,12 @@ TEST(RelativeL2, IsRelativeToTheReference) {
   EXPECT_DOUBLE_EQ(relative_l2(std::vector<double>{3, 4}, std::vector<double>{0, 0}), 5);
 }
 
+TEST(Statistics, LargestOfSamplesIsTheMaximumOverTime) {
+  // Two samples of two entries: differences 0 and 5, sizes 1 and 10.
+  EXPECT_DOUBLE_EQ(largest_of_samples(std::vector<double>{1, 0, 9, 14}, std::vector<double>{1, 0, 6, 8 + 2}, 2),
+                   5 / std::sqrt(36.0 + 100));
+  EXPECT_DOUBLE_EQ(largest_of_samples(std::vector<double>{3, 4}, std::vector<double>{0, 0}, 2), 5);
+}
+
 }  // namespace
 }  // namespace crumple::lab::chart
