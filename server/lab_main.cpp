@@ -201,7 +201,13 @@ int main(int argc, char** argv) {
   r->add_option("case", replay_dir)->required();
   r->callback([&] {
     auto report = lab::replay_material(replay_dir);
-    exit_code = report ? print({{"max_relative_error", report->max_relative_error}, {"by_test", report->by_test}}) : fail(report.error());
+    if (!report) {
+      exit_code = fail(report.error());
+      return;
+    }
+    lab::Json result{{"max_relative_error", report->max_relative_error}, {"by_test", report->by_test}};
+    if (report->j2_calculix) result["j2_calculix"] = *report->j2_calculix;
+    exit_code = print(result);
   });
 
   TrajectoryCommand trajectory;

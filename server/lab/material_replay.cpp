@@ -109,7 +109,7 @@ Result<ReplayReport> replay_paths(const Json& paths, const Lame& lame, double yo
       for (const auto* m : {&strain, &plastic_ref, &stress_ref}) {
         if (!*m) return std::unexpected(m->error());
       }
-      sim::fem::flow(*strain, yield, creep, max_plastic, plastic);
+      sim::fem::flow(sim::fem::FlowRule::additive, *strain, yield, creep, max_plastic, plastic);
       add(plastic_error, plastic, *plastic_ref);
       add(stress_error, sim::fem::isotropic_stress(lame, *strain - plastic), *stress_ref);
     }
@@ -117,6 +117,55 @@ Result<ReplayReport> replay_paths(const Json& paths, const Lame& lame, double yo
     report.max_relative_error = std::max(report.max_relative_error, report.by_test[name]);
   }
   return report;
+}
+
+// Shear stress at the ends of the legs of a cycle in pure shear [Pa]: to `amplitude`, to minus it and so on, in equal
+// steps of total flow (c = 1).
+std::vector<double> cycle_in_shear(sim::fem::FlowRule rule, const Lame& lame, double yield, double amplitude, int legs) {
+  constexpr int kSteps = 100;  // a leg
+  std::vector<double> tau;
+  Mat3 plastic = Mat3::Zero();
+  double from = 0;
+  for (int leg = 0; leg < legs; ++leg) {
+    const double to = leg % 2 == 0 ? amplitude : -amplitude;
+    Mat3 strain = Mat3::Zero();
+    for (int k = 1; k <= kSteps; ++k) {
+      strain(0, 1) = strain(1, 0) = from + (to - from) * k / kSteps;
+      sim::fem::flow(rule, strain, yield, 1, std::numeric_limits<double>::infinity(), plastic);
+    }
+    tau.push_back(sim::fem::isotropic_stress(lame, strain - plastic)(0, 1));
+    from = to;
+  }
+  return tau;
+}
+
+Result<void> check_j2(const Json& check, const Lame& lame, double yield, ReplayReport& report) {
+  const auto list = [&](const char* name) -> Result<std::vector<double>> {
+    const std::string field = text("case.json: scalars.j2_check_pure_shear_c1.", name);
+    if (!check.contains(name) || !check[name].is_array() || check[name].empty()) return invalid(field, "must be a list");
+    for (const Json& value : check[name])
+      if (!value.is_number()) return invalid(field, "must hold numbers");
+    return check[name].get<std::vector<double>>();
+  };
+  const auto exact = list("additive_tau"), calculix = list("ccx_tau");
+  for (const auto* l : {&exact, &calculix})
+    if (!*l) return std::unexpected(l->error());
+  if (exact->size() != calculix->size()) return invalid("case.json: scalars.j2_check_pure_shear_c1", "has lists of two lengths");
+  const int legs = static_cast<int>(exact->size());
+  const double amplitude = 10 * yield;
+  for (const auto& [name, rule] : {std::pair{"j2_check additive", sim::fem::FlowRule::additive},
+                                   std::pair{"j2_check deviatoric", sim::fem::FlowRule::deviatoric}}) {
+    const std::vector<double> tau = cycle_in_shear(rule, lame, yield, amplitude, legs);
+    ArrayError error(1e-3), to_calculix(1e-3);
+    for (int k = 0; k < legs; ++k) {
+      error.add(tau[k], (*exact)[k]);
+      to_calculix.add(tau[k], (*calculix)[k]);
+    }
+    report.by_test[name] = error.value();
+    report.max_relative_error = std::max(report.max_relative_error, error.value());
+    report.j2_calculix = to_calculix.value();  // of the last, the deviatoric rule
+  }
+  return {};
 }
 
 }  // namespace
@@ -135,7 +184,15 @@ Result<ReplayReport> replay_material(const std::filesystem::path& case_dir) {
   auto material = read_material(case_dir, own);
   if (!material) return std::unexpected(material.error());
   const Lame lame = sim::fem::lame_constants(material->young, material->poisson);
-  return is_path ? replay_paths(*data, lame, material->young) : replay_states(*data, lame, material->young);
+  if (!is_path) return replay_states(*data, lame, material->young);
+  auto report = replay_paths(*data, lame, material->young);
+  const auto description = read_json(case_dir / "case.json");
+  if (!report || !description) return report;
+  const Json::json_pointer check("/scalars/j2_check_pure_shear_c1");
+  if (!description->contains(check)) return report;
+  if (auto ok = check_j2((*description)[check], lame, (*data)["yield_"].get<double>(), *report); !ok)
+    return std::unexpected(ok.error());
+  return report;
 }
 
 }  // namespace crumple::lab

@@ -19,6 +19,18 @@ sim::fem::RotationRule to_rotation_rule(int rule, const std::string& field, Conv
   return {};
 }
 
+sim::fem::FlowRule to_flow_rule(int rule, const std::string& field, Conversion& c) {
+  switch (rule) {
+    case v1::FemMaterial::ADDITIVE:
+      return sim::fem::FlowRule::additive;
+    case v1::FemMaterial::DEVIATORIC:
+      return sim::fem::FlowRule::deviatoric;
+    default:
+      c.breach.require(false, field, "is " + std::to_string(rule) + ", must be ADDITIVE or DEVIATORIC");
+  }
+  return {};
+}
+
 }  // namespace
 
 sim::fem::FemMaterial to_material(const v1::FemMaterial& message, const std::string& field, Conversion& c) {
@@ -29,6 +41,7 @@ sim::fem::FemMaterial to_material(const v1::FemMaterial& message, const std::str
   if (message.has_damping_mass()) m.damping_mass = message.damping_mass();
   if (message.has_damping_stiffness()) m.damping_stiffness = message.damping_stiffness();
   m.rotation = to_rotation_rule(message.rotation(), field + ".rotation", c);
+  m.flow = to_flow_rule(message.flow(), field + ".flow", c);
   if (message.has_yield()) m.yield = message.yield();
   if (message.has_creep()) m.creep = message.creep();
   if (message.has_max_plastic()) m.max_plastic = message.max_plastic();

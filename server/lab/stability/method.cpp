@@ -100,6 +100,10 @@ std::vector<Method> make_methods() {
   // -- plasticity and fracture
   // ------------------------------------------------------------------------------------------
   all.push_back({.key = "creep", .name = "creep per second (default)", .family = Family::plasticity});
+  all.push_back({.key = "deviatoric",
+                 .name = "the same, deviatoric flow (J2)",
+                 .family = Family::plasticity,
+                 .flow = sim::fem::FlowRule::deviatoric});
   all.push_back({.key = "raw-creep",
                  .name = "creep per update",
                  .family = Family::plasticity,

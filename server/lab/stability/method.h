@@ -66,6 +66,7 @@ struct Method {
   FemMethod fem;
   ContactMethod contact;
   bool raw = false;  // plasticity: creep per update; fracture: toughness in newtons
+  sim::fem::FlowRule flow = sim::fem::FlowRule::additive;  // plasticity
   ExampleMethod example;
   bool triangles = false;  // shape: triangle mesh instead of convex parts
   StepTimes* times = nullptr;

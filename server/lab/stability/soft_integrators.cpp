@@ -88,7 +88,7 @@ SolveReport backward_euler_any_rotation(SoftTrial& trial, double dt) {
   for (int t = 0; t < trial.mesh.tet_count(); ++t) {
     const Mat34 x = gather(trial.state.x, trial.mesh.tets[t]);
     const Mat3 Q = trial.method.rotation(deformation_gradient(x, rest.beta[t]));
-    flow(element_strain(rest, t, x, Q), rest.material.yield, creep, rest.material.max_plastic,
+    flow(rest.material.flow, element_strain(rest, t, x, Q), rest.material.yield, creep, rest.material.max_plastic,
          trial.state.plastic_strain[t]);
   }
   return {.iterations = 1, .converged = true};

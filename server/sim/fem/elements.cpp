@@ -68,7 +68,7 @@ void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std:
     for (int t = begin; t < end; ++t) {
       const Mat34 x_t = gather(x, tets[t]);
       update_element(rest, t, x_t, plastic_strain[t], elements);
-      if (flow(element_strain(rest, t, x_t, elements.Q[t]), m.yield, creep, m.max_plastic, plastic_strain[t]))
+      if (flow(m.flow, element_strain(rest, t, x_t, elements.Q[t]), m.yield, creep, m.max_plastic, plastic_strain[t]))
         update_element(rest, t, x_t, plastic_strain[t], elements);
     }
   };

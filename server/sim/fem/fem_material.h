@@ -10,6 +10,12 @@ enum class RotationRule {
   polar_qr,  // the paper's: polar, and QR below 6 % of the reference volume
 };
 
+// What yields and what flows (eq. 3).
+enum class FlowRule {
+  additive,    // the paper's: the whole elastic strain, its change of volume included
+  deviatoric,  // its deviator alone: von Mises' (J2) yield, and plastic strain without trace
+};
+
 // A material of a finite-element body; artists set all of it.
 struct FemMaterial {
   double young = 1e6;            // E [Pa], (0, 1e13]
@@ -20,7 +26,8 @@ struct FemMaterial {
   RotationRule rotation = RotationRule::svd;
 
   // Plasticity, eq. 3. yield = infinity: elastic.
-  double yield = std::numeric_limits<double>::infinity();  // y, Frobenius norm of the elastic strain [-], >= 0
+  FlowRule flow = FlowRule::additive;
+  double yield = std::numeric_limits<double>::infinity();  // y, Frobenius norm of what `flow` measures [-], >= 0
   double creep = 0;              // c in [0, 1], fraction of the overstrain that flows in `creep_dt`
   double max_plastic = 0.3;      // n, bound on |eps^P| [-], [0, 10]
   bool raw_creep = false;        // the paper's: c per update, whatever dt is

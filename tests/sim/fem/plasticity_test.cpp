@@ -28,7 +28,7 @@ TEST(Plasticity, PathsOfS11) {
     double plastic_error = 0, plastic_max = 1e-3, stress_error = 0, stress_max = 1e-3 * E;
     for (std::size_t k = 0; k < path["strain"].size(); ++k) {
       const Mat3 strain = from_components(path["strain"][k]);
-      flow(strain, paths["yield_"], creep, paths["max_plastic"], plastic);
+      flow(FlowRule::additive, strain, paths["yield_"], creep, paths["max_plastic"], plastic);
       const Mat3 stress = isotropic_stress(lame, strain - plastic);
       const Mat3 plastic_ref = from_components(path["plastic"][k]), stress_ref = from_components(path["stress"][k]);
       plastic_error = std::max(plastic_error, (plastic - plastic_ref).cwiseAbs().maxCoeff());
@@ -47,7 +47,7 @@ TEST(Plasticity, HeldStrainRelaxesTowardsYield) {
   const Mat3 strain = Vec3(0.05, -0.01, 0.02).asDiagonal();
   Mat3 plastic = Mat3::Zero();
   for (int k = 1; k <= 20; ++k) {
-    EXPECT_TRUE(flow(strain, y, c, 10, plastic));
+    EXPECT_TRUE(flow(FlowRule::additive, strain, y, c, 10, plastic));
     EXPECT_NEAR((strain - plastic).norm(), y + (strain.norm() - y) * std::pow(1 - c, k), 1e-15);
   }
 }
@@ -58,7 +58,7 @@ TEST(Plasticity, RampEndsAtTheSteadyOverstrain) {
   Mat3 plastic = Mat3::Zero();
   double elastic = 0;
   for (int k = 1; k <= 200; ++k) {
-    flow(k * rate * direction, y, c, 10, plastic);
+    flow(FlowRule::additive, k * rate * direction, y, c, 10, plastic);
     elastic = (k * rate * direction - plastic).norm();
   }
   EXPECT_NEAR(elastic - y, rate * (1 - c) / c, 1e-14);
@@ -66,9 +66,9 @@ TEST(Plasticity, RampEndsAtTheSteadyOverstrain) {
 
 TEST(Plasticity, BelowYieldNothingFlowsAndTheMaximumHolds) {
   Mat3 plastic = Mat3::Zero();
-  EXPECT_FALSE(flow(Vec3(0.0199, 0, 0).asDiagonal(), 0.02, 1, 0.2, plastic));
+  EXPECT_FALSE(flow(FlowRule::additive, Vec3(0.0199, 0, 0).asDiagonal(), 0.02, 1, 0.2, plastic));
   EXPECT_TRUE(plastic.isZero(0));
-  EXPECT_TRUE(flow(Vec3(5, 1, -2).asDiagonal(), 0.02, 1, 0.2, plastic));
+  EXPECT_TRUE(flow(FlowRule::additive, Vec3(5, 1, -2).asDiagonal(), 0.02, 1, 0.2, plastic));
   EXPECT_NEAR(plastic.norm(), 0.2, 1e-15);
 }
 
@@ -79,7 +79,8 @@ TEST(Plasticity, CreepOfAGivenTimeDoesNotDependOnTheStep) {
   const Mat3 strain = Vec3(0.05, -0.01, 0.02).asDiagonal();
   const auto after_one_second = [&](int steps) {
     Mat3 plastic = Mat3::Zero();
-    for (int k = 0; k < steps; ++k) flow(strain, 0.02, creep_per_step(material, 1.0 / steps, 1.0 / 3), 10, plastic);
+    for (int k = 0; k < steps; ++k)
+      flow(FlowRule::additive, strain, 0.02, creep_per_step(material, 1.0 / steps, 1.0 / 3), 10, plastic);
     return plastic.norm();
   };
   EXPECT_NEAR(after_one_second(60), after_one_second(30), 1e-14);
@@ -87,6 +88,145 @@ TEST(Plasticity, CreepOfAGivenTimeDoesNotDependOnTheStep) {
   material.raw_creep = true;
   EXPECT_GT(after_one_second(3), 0.01);
   EXPECT_GT(after_one_second(6), 1.2 * after_one_second(3));
+}
+
+// ---- the deviatoric rule -------------------------------------------------------------------------------------------
+// Closed form of von Mises' radial return (c = 1): the pressure stays, the deviator's stress is cut back to
+// sqrt(2/3) sigma_y, sigma_y = sqrt(6) mu y.
+TEST(DeviatoricFlow, IsVonMisesRadialReturn) {
+  const double y = 0.02;
+  const Lame lame = lame_constants(1e6, 0.3);
+  test::Random random(4);
+  int flowed = 0;
+  for (int k = 0; k < 200; ++k) {
+    const Mat3 strain = 0.05 * symmetric_part(random.mat3(-1, 1)) + random.uniform(-0.2, 0.2) * Mat3::Identity();
+    const Mat3 trial = isotropic_stress(lame, strain);
+    Mat3 plastic = Mat3::Zero();
+    const bool flows = flow(FlowRule::deviatoric, strain, y, 1, 10, plastic);
+    const Mat3 stress = isotropic_stress(lame, strain - plastic);
+    const double sigma_y = std::sqrt(6.0) * lame.mu * y;
+    EXPECT_EQ(flows, von_mises(trial) > sigma_y);
+    EXPECT_NEAR(stress.trace(), trial.trace(), 1e-9 * (1 + std::abs(trial.trace())));
+    if (!flows) continue;
+    ++flowed;
+    EXPECT_NEAR(von_mises(stress), sigma_y, 1e-9 * sigma_y);
+    const Mat3 deviator = trial - trial.trace() / 3 * Mat3::Identity();
+    const Mat3 expected = trial.trace() / 3 * Mat3::Identity() + std::sqrt(2.0 / 3) * sigma_y * deviator / deviator.norm();
+    EXPECT_LT((stress - expected).norm(), 1e-9 * expected.norm());
+    EXPECT_NEAR(plastic.trace(), 0, 1e-15);
+  }
+  EXPECT_GT(flowed, 50);
+}
+
+// S11's `yield_uniaxial` is the paper's rule; the other one yields at sqrt(6) mu y in any direction.
+TEST(DeviatoricFlow, BarsYieldAtTheirRulesStress) {
+  for (const FlowRule rule : {FlowRule::additive, FlowRule::deviatoric}) {
+    FemMaterial material;
+    material.young = 1e6;
+    material.poisson = 0.3;
+    material.yield = 0.02;
+    material.flow = rule;
+    const double s = yield_stress(material);
+    EXPECT_NEAR(s, rule == FlowRule::additive ? 18411.49235796647 : std::sqrt(6.0) * 1e6 / 2.6 * 0.02, 1e-6);
+    const auto yields_at = [&](double stress) {
+      const double e = stress / material.young;
+      Mat3 plastic = Mat3::Zero();
+      const Mat3 strain = Vec3(-0.3 * e, e, -0.3 * e).asDiagonal();
+      return flow(rule, strain, material.yield, 1, 10, plastic);
+    };
+    EXPECT_FALSE(yields_at(s * (1 - 1e-9)));
+    EXPECT_TRUE(yields_at(s * (1 + 1e-9)));
+    EXPECT_TRUE(yields_at(-s * (1 + 1e-9)));
+  }
+}
+
+// A bar pulled far beyond yield, its sides free: plastic strain is -1/2 of itself across, whatever Poisson's ratio is, and
+// the stress stays at sigma_y. The paper's rule keeps Poisson's ratio, which takes volume with it.
+TEST(DeviatoricFlow, APulledBarKeepsItsPlasticVolume) {
+  const double nu = 0.3, y = 0.02;
+  const Lame lame = lame_constants(1e6, nu);
+  const auto pulled = [&](FlowRule rule) {
+    Mat3 plastic = Mat3::Zero();
+    for (int k = 1; k <= 2000; ++k) {
+      const double e = 1e-4 * k;
+      // sigma_lateral = 0: lambda (e_x + 2 e_l) + 2 mu e_l = 0 of the elastic strains, iterated with the flow
+      Mat3 strain = Mat3::Zero();
+      for (int round = 0; round < 60; ++round) {
+        const double lateral = plastic(1, 1) - nu * (e - plastic(0, 0));
+        strain = Vec3(e, lateral, lateral).asDiagonal();
+        flow(rule, strain, y, 1, 10, plastic);
+      }
+    }
+    return plastic;
+  };
+  const Mat3 volume_kept = pulled(FlowRule::deviatoric), paper = pulled(FlowRule::additive);
+  EXPECT_NEAR(volume_kept(0, 0), 0.2 - std::sqrt(6.0) * lame.mu * y / 1e6, 1e-5);  // what is left of 0.2 is elastic
+  EXPECT_NEAR(volume_kept(1, 1), -0.5 * volume_kept(0, 0), 1e-9);
+  EXPECT_NEAR(paper(1, 1), -nu * paper(0, 0), 1e-9);
+  EXPECT_GT(paper.trace(), 0.07);
+}
+
+TEST(DeviatoricFlow, PressureAloneNeverFlowsAndTheMaximumHolds) {
+  Mat3 plastic = Mat3::Zero();
+  EXPECT_FALSE(flow(FlowRule::deviatoric, 0.9 * Mat3::Identity(), 0.001, 1, 0.2, plastic));
+  EXPECT_FALSE(flow(FlowRule::deviatoric, -0.9 * Mat3::Identity(), 0.001, 1, 0.2, plastic));
+  EXPECT_TRUE(flow(FlowRule::additive, 0.9 * Mat3::Identity(), 0.001, 1, 10, plastic));
+  plastic.setZero();
+  EXPECT_TRUE(flow(FlowRule::deviatoric, Vec3(5, 1, -2).asDiagonal(), 0.02, 1, 0.2, plastic));
+  EXPECT_NEAR(plastic.norm(), 0.2, 1e-15);
+  EXPECT_NEAR(plastic.trace(), 0, 1e-15);
+}
+
+// F18 with the deviator in the place of the strain.
+TEST(DeviatoricFlow, RelaxesRampsAndDoesNotDependOnTheStep) {
+  const double y = 0.02, c = 0.3;
+  const Mat3 strain = Vec3(0.06, -0.02, 0.05).asDiagonal();  // 0.03 of it is the mean
+  const Mat3 deviator = strain - 0.03 * Mat3::Identity();
+  Mat3 plastic = Mat3::Zero();
+  for (int k = 1; k <= 20; ++k) {
+    flow(FlowRule::deviatoric, strain, y, c, 10, plastic);
+    EXPECT_NEAR((deviator - plastic).norm(), y + (deviator.norm() - y) * std::pow(1 - c, k), 1e-15);
+  }
+  const double rate = 0.002;
+  const Mat3 direction = Vec3(1, 0, 0).asDiagonal(), ramp = direction - Mat3::Identity() / 3;
+  plastic.setZero();
+  double elastic = 0;
+  for (int k = 1; k <= 200; ++k) {
+    flow(FlowRule::deviatoric, k * rate * direction, y, c, 10, plastic);
+    elastic = (k * rate * ramp - plastic).norm();
+  }
+  EXPECT_NEAR(elastic - y, rate * ramp.norm() * (1 - c) / c, 1e-14);
+
+  FemMaterial material;
+  material.creep = c;
+  const auto after_one_second = [&](int steps) {
+    Mat3 flowed = Mat3::Zero();
+    for (int k = 0; k < steps; ++k)
+      flow(FlowRule::deviatoric, strain, y, creep_per_step(material, 1.0 / steps, 1.0 / 3), 10, flowed);
+    return flowed.norm();
+  };
+  EXPECT_NEAR(after_one_second(60), after_one_second(30), 1e-14);
+  EXPECT_NEAR(after_one_second(3), (deviator.norm() - y) * (1 - std::pow(1 - c, 3)), 1e-14);
+}
+
+// A tet blown up and sheared: what flows is the shear.
+TEST(DeviatoricFlow, ABodyUsesTheRuleOfItsMaterial) {
+  const TetMesh mesh = test::regular_tet();
+  FemMaterial material;
+  material.yield = 0.01;
+  material.creep = 1;
+  material.flow = FlowRule::deviatoric;
+  const RestBody rest = test::rest_body(mesh, material);
+  FemState state = test::rest_state(mesh);
+  for (Vec3& x : state.x) x *= 1.1;
+  Elements elements;
+  const ThreadPool pool(1);
+  plastic_flow(rest, mesh.tets, state.x, 1.0 / 60, 1.0 / 60, pool, state.plastic_strain, elements);
+  EXPECT_TRUE(state.plastic_strain[0].isZero(1e-15));
+  for (Vec3& x : state.x) x.x() *= 1.2;
+  plastic_flow(rest, mesh.tets, state.x, 1.0 / 60, 1.0 / 60, pool, state.plastic_strain, elements);
+  const Mat3 deviator = 0.22 * (Vec3(1, 0, 0).asDiagonal().toDenseMatrix() - Mat3::Identity() / 3);
+  EXPECT_LT((state.plastic_strain[0] - (1 - 0.01 / deviator.norm()) * deviator).norm(), 1e-12);
 }
 
 // The force sees eps~ - eps^P: a body of plastic strain eps^P is at rest in that shape.
