@@ -35,6 +35,10 @@ struct Factors {
   double stiffness;  // dt beta + dt^2
 };
 
+Factors factors_of(const FemMaterial& material, double dt) {
+  return {1 + dt * material.damping_mass, dt * material.damping_stiffness + dt * dt};
+}
+
 // Off-diagonal block of an edge from its tets. With G = sum c_a c_b^T eq. 2's sum is lambda G + mu tr(G) I + mu G^T.
 Mat3 edge_stiffness(const StepSystem& s, const Lame& lame, int edge) {
   Quad sum[3] = {Quad{}, Quad{}, Quad{}};  // columns of G
@@ -50,11 +54,43 @@ Mat3 edge_stiffness(const StepSystem& s, const Lame& lame, int edge) {
   return lame.lambda * G + lame.mu * (G.trace() * Mat3::Identity() + G.transpose());
 }
 
+// The same where tets are of several materials: G is summed with the weights of each tet's own, factors and all.
+Mat3 weighted_edge_stiffness(const StepSystem& s, const std::vector<std::uint16_t>& material_id, int edge) {
+  Quad of_lambda[3] = {Quad{}, Quad{}, Quad{}}, of_mu[3] = {Quad{}, Quad{}, Quad{}};  // columns
+  for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
+    const int corner = s.connectivity.edge_corners[k];
+    const double* c = s.elements.core[corner >> 4].data();
+    const Lame& weight = s.weights[material_id[corner >> 4]];
+    const Quad a = load_three(c + 3 * ((corner >> 2) & 3));
+    const double* b = c + 3 * (corner & 3);
+    for (int j = 0; j < 3; ++j) {
+      of_lambda[j] += a * (weight.lambda * b[j]);
+      of_mu[j] += a * (weight.mu * b[j]);
+    }
+  }
+  Mat3 G_lambda, G_mu;
+  for (int j = 0; j < 3; ++j) {
+    G_lambda.col(j) = Vec3(of_lambda[j][0], of_lambda[j][1], of_lambda[j][2]);
+    G_mu.col(j) = Vec3(of_mu[j][0], of_mu[j][1], of_mu[j][2]);
+  }
+  return G_lambda + G_mu.trace() * Mat3::Identity() + G_mu.transpose();
+}
+
+void set_weights(const RestBody& rest, double dt, StepSystem& s) {
+  s.weights.resize(rest.material_count());
+  for (int k = 0; k < rest.material_count(); ++k) {
+    const Lame& lame = k == 0 ? rest.lame : rest.others[k - 1].lame;
+    const double stiffness = factors_of(rest.material_at(k), dt).stiffness;
+    s.weights[k] = {stiffness * lame.lambda, stiffness * lame.mu};
+  }
+}
+
 template <class Scalar>
 void assemble_edges(const RestBody& rest, const Factors& factors, StepSystem& s, BlockSparseMatrix<Scalar>& A,
                     int begin, int end) {
   for (int edge = begin; edge < end; ++edge) {
-    const Mat3 block = factors.stiffness * edge_stiffness(s, rest.lame, edge);
+    const Mat3 block = rest.heterogeneous() ? weighted_edge_stiffness(s, rest.material_id, edge)
+                                            : factors.stiffness * edge_stiffness(s, rest.lame, edge);
     A.set_block(s.edge_blocks[edge][0], block);
     A.set_block(s.edge_blocks[edge][1], block.transpose());
   }
@@ -131,8 +167,8 @@ void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState
   set_prescribed(state, prescribed, system);
   update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
 
-  const FemMaterial& material = rest.material;
-  const Factors factors{1 + dt * material.damping_mass, dt * material.damping_stiffness + dt * dt};
+  const Factors factors = factors_of(rest.material, dt);
+  if (rest.heterogeneous()) set_weights(rest, dt, system);
   std::visit(
       [&](auto& A) {
         const auto edges = [&](int begin, int end) { assemble_edges(rest, factors, system, A, begin, end); };
@@ -141,7 +177,7 @@ void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState
         const auto nodes = [&](int begin, int end) {
           for (int i = begin; i < end; ++i) {
             const double m = rest.node_mass[i];
-            system.row_mass[i] = factors.mass * m;
+            system.row_mass[i] = rest.heterogeneous() ? m + dt * rest.node_drag[i] : factors.mass * m;
             A.diagonal()[i] = row_diagonal(A, system.row_mass[i], i);
             system.b.segment<3>(3 * i) = dt * (f_ext.segment<3>(3 * i) + gather_force(system, i)) + m * state.v[i];
             if (system.any_prescribed) strike(system, A, i);

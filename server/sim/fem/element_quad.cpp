@@ -113,15 +113,19 @@ bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int
   const Quad det = first_column_dot(cofactors(F), F), norm2 = squared_norm(F);
   if (!(det[0] > 0 && det[1] > 0 && det[2] > 0 && det[3] > 0)) return false;
   if (any(~(det > quad(kWellPositive) * norm2 * square_root(norm2)))) return false;
-  if (rest.material.rotation == RotationRule::polar_qr && any(det < quad(kQrVolumeRatio))) return false;
+  for (int lane = 0; lane < 4; ++lane)
+    if (det[lane] < kQrVolumeRatio && rest.material_of(t + lane).rotation == RotationRule::polar_qr) return false;
   QuadMatrix Q;
   if (!polar_rotations(F, Q)) return false;
 
   const QuadMatrix S = transposed_product(Q, F);
   const QuadMatrix plastic = load(plastic_strain, t);
-  const Quad lambda = quad(rest.lame.lambda), mu = quad(rest.lame.mu);
-  Quad scale;
+  Quad lambda = quad(rest.lame.lambda), mu = quad(rest.lame.mu), scale;
   for (int lane = 0; lane < 4; ++lane) scale[lane] = rest.fill[t + lane] * rest.volume[t + lane];
+  for (int lane = 0; lane < 4 && rest.heterogeneous(); ++lane) {
+    lambda[lane] = rest.lame_of(t + lane).lambda;
+    mu[lane] = rest.lame_of(t + lane).mu;
+  }
   QuadMatrix sigma;
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < 3; ++i) sigma(i, j) = 0.5 * (S(i, j) + S(j, i)) - plastic(i, j) - quad(i == j ? 1 : 0);

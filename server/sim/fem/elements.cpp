@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <functional>
@@ -18,8 +19,8 @@ namespace {
 constexpr int kTetsPerChunk = 256;
 
 void update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& plastic_strain, Elements& e) {
-  const Mat3 Q = rotation(deformation_gradient(x, rest.beta[t]), rest.material.rotation);
-  const Mat3 sigma = isotropic_stress(rest.lame, element_strain(rest, t, x, Q) - plastic_strain);
+  const Mat3 Q = rotation(deformation_gradient(x, rest.beta[t]), rest.material_of(t).rotation);
+  const Mat3 sigma = isotropic_stress(rest.lame_of(t), element_strain(rest, t, x, Q) - plastic_strain);
   // f_i = fill Q sigma n_i / 3 = sqrt(fill V) Q sigma c_i
   const Mat3 P = std::sqrt(rest.fill[t] * rest.volume[t]) * (Q * sigma);
   e.Q[t] = Q;
@@ -60,15 +61,17 @@ void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const s
 
 void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, double dt,
                   double creep_dt, const ThreadPool& pool, std::vector<Mat3>& plastic_strain, Elements& elements) {
-  const FemMaterial& m = rest.material;
-  if (!std::isfinite(m.yield)) return;
-  const double creep = creep_per_step(m, dt, creep_dt);
+  if (!rest.yields()) return;
+  std::array<double, kMaxRegions + 1> creep;  // of each material
+  for (int k = 0; k < rest.material_count(); ++k) creep[k] = creep_per_step(rest.material_at(k), dt, creep_dt);
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
     for (int t = begin; t < end; ++t) {
       const Mat34 x_t = gather(x, tets[t]);
+      const FemMaterial& m = rest.material_of(t);
+      const double c = creep[rest.heterogeneous() ? rest.material_id[t] : 0];
       update_element(rest, t, x_t, plastic_strain[t], elements);
-      if (flow(m.flow, element_strain(rest, t, x_t, elements.Q[t]), m.yield, creep, m.max_plastic, plastic_strain[t]))
+      if (flow(m.flow, element_strain(rest, t, x_t, elements.Q[t]), m.yield, c, m.max_plastic, plastic_strain[t]))
         update_element(rest, t, x_t, plastic_strain[t], elements);
     }
   };
@@ -90,19 +93,19 @@ double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const 
   double energy = 0;
   for (int t = 0; t < rest.tet_count(); ++t) {
     const Mat34 x_t = gather(x, tets[t]);
-    const Mat3 Q = rotation(deformation_gradient(x_t, rest.beta[t]), rest.material.rotation);
+    const Mat3 Q = rotation(deformation_gradient(x_t, rest.beta[t]), rest.material_of(t).rotation);
     const Mat3 elastic = element_strain(rest, t, x_t, Q) - plastic_strain[t];
-    energy += rest.fill[t] * rest.volume[t] * energy_density(rest.lame, elastic);
+    energy += rest.fill[t] * rest.volume[t] * energy_density(rest.lame_of(t), elastic);
   }
   return energy;
 }
 
 double elastic_energy(const RestBody& rest, const Elements& elements) {
   // sigma : eps / 2 with eps = (sigma - lambda / (3 lambda + 2 mu) tr(sigma) I) / (2 mu).
-  const auto [lambda, mu] = rest.lame;
-  const double share = lambda / (3 * lambda + 2 * mu);
   double energy = 0;
   for (int t = 0; t < rest.tet_count(); ++t) {
+    const auto [lambda, mu] = rest.lame_of(t);
+    const double share = lambda / (3 * lambda + 2 * mu);
     const double trace = elements.sigma[t].trace();
     energy += rest.fill[t] * rest.volume[t] * (elements.sigma[t].squaredNorm() - share * trace * trace) / (4 * mu);
   }
@@ -123,13 +126,14 @@ Eigen::SparseMatrix<double> tangent_stiffness(const RestBody& rest, const std::v
   for (int t = 0; t < rest.tet_count(); ++t) {
     const RestTet tet = rest.tet(t);
     const Mat34 x_t = gather(x, tets[t]);
-    const Mat3 Q = rotation(deformation_gradient(x_t, tet.beta), rest.material.rotation);
+    const Lame& lame = rest.lame_of(t);
+    const Mat3 Q = rotation(deformation_gradient(x_t, tet.beta), rest.material_of(t).rotation);
     Mat12 K;
     if (tangent == Tangent::exact) {
-      K = exact_stiffness(tet, rest.lame, x_t, Q, plastic_strain[t]);
+      K = exact_stiffness(tet, lame, x_t, Q, plastic_strain[t]);
     } else {
       for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) K.block<3, 3>(3 * a, 3 * b) = stiffness_block(tet, rest.lame, Q, a, b);
+        for (int b = 0; b < 4; ++b) K.block<3, 3>(3 * a, 3 * b) = stiffness_block(tet, lame, Q, a, b);
     }
     for (int p = 0; p < 12; ++p)
       for (int q = 0; q < 12; ++q)

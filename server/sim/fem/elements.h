@@ -34,8 +34,8 @@ inline Mat3 element_stress(const Elements& elements, int t) {
 // Total co-rotated strain eps~ of tet t at rotation Q, plastic part included.
 Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q);
 
-// Plastic flow of one step (eq. 3) at the positions x of the end of the step. Does nothing if the material does not
-// yield. `elements` is left as update_elements would at x with the new plastic strain.
+// Plastic flow of one step (eq. 3) at the positions x of the end of the step. Does nothing if no material of the body
+// yields. `elements` is left as update_elements would at x with the new plastic strain.
 void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, double dt,
                   double creep_dt, const ThreadPool& pool, std::vector<Mat3>& plastic_strain, Elements& elements);
 

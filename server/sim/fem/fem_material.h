@@ -16,7 +16,8 @@ enum class FlowRule {
   deviatoric,  // its deviator alone: von Mises' (J2) yield, and plastic strain without trace
 };
 
-// A material of a finite-element body; artists set all of it.
+// A material of a finite-element body; artists set all of it. Of a body of several materials, material_region.h says
+// which fields go for the whole body.
 struct FemMaterial {
   double young = 1e6;            // E [Pa], (0, 1e13]
   double poisson = 0.3;          // nu [-], 0 <= nu < 0.5

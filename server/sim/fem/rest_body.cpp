@@ -1,5 +1,7 @@
 #include "server/sim/fem/rest_body.h"
 
+#include "common/text.h"
+
 #include <cassert>
 #include <cmath>
 #include <numeric>
@@ -34,6 +36,22 @@ void append(RestBody& rest, const RestTet& tet) {
   rest.rest_gradient.push_back(tet.rest_gradient);
 }
 
+void add_regions(std::span<const MaterialRegion> regions, RestBody& rest) {
+  if (regions.empty()) return;
+  rest.material_id.assign(rest.tet_count(), 0);
+  for (const MaterialRegion& region : regions) {
+    const FemMaterial& m = region.material;
+    rest.others.push_back({m, lame_constants(m.young, m.poisson)});
+    for (const int t : region.tets) rest.material_id[t] = static_cast<std::uint16_t>(rest.others.size());
+  }
+}
+
+template <class Predicate>
+bool any_material(const RestBody& rest, Predicate holds) {
+  return holds(rest.material) ||
+         std::ranges::any_of(rest.others, [&](const RestBody::Other& other) { return holds(other.material); });
+}
+
 }  // namespace
 
 Result<void> validate(const FemMaterial& m, const std::string& field) {
@@ -60,6 +78,14 @@ Result<void> validate(const FemMaterial& m, const std::string& field) {
   return {};
 }
 
+bool RestBody::yields() const {
+  return any_material(*this, [](const FemMaterial& m) { return std::isfinite(m.yield); });
+}
+
+bool RestBody::breakable() const {
+  return any_material(*this, [](const FemMaterial& m) { return m.breakable; });
+}
+
 double RestBody::mass() const { return std::accumulate(node_mass.begin(), node_mass.end(), 0.0); }
 
 Vec3 RestBody::normal(int t, int i) const { return std::sqrt(9 * volume[t] / fill[t]) * core[t].col(i); }
@@ -76,9 +102,14 @@ RestTet RestBody::tet(int t) const {
   return tet;
 }
 
-Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit) {
+Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit,
+                                std::span<const MaterialRegion> regions) {
   if (auto ok = validate(mesh, "mesh"); !ok) return std::unexpected(ok.error());
   if (auto ok = validate(material, "material"); !ok) return std::unexpected(ok.error());
+  if (auto ok = validate(regions, material, mesh.tet_count(), "regions"); !ok) return std::unexpected(ok.error());
+  for (std::size_t r = 0; r < regions.size(); ++r)
+    if (auto ok = validate(regions[r].material, text("regions[", r, "].material")); !ok)
+      return std::unexpected(ok.error());
   if (!(clamp_limit >= 0) || std::isinf(clamp_limit))
     return invalid("clamp_limit", "is " + std::to_string(clamp_limit) + ", must be finite and at least 0");
 
@@ -97,6 +128,7 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
     rest.beta_clamped = {};
     rest.rest_gradient = {};
   }
+  add_regions(regions, rest);
   update_node_mass(rest, mesh.tets, mesh.node_count());
   return rest;
 }
@@ -105,7 +137,12 @@ void update_node_mass(RestBody& rest, const std::vector<Tet>& tets, int node_cou
   assert(static_cast<int>(tets.size()) == rest.tet_count());
   rest.node_mass.assign(node_count, 0.0);
   for (int t = 0; t < rest.tet_count(); ++t)
-    for (int i : tets[t]) rest.node_mass[i] += 0.25 * rest.material.density * rest.fill[t] * rest.volume[t];
+    for (int i : tets[t]) rest.node_mass[i] += 0.25 * rest.tet_mass(t);
+  rest.node_drag.clear();
+  if (!rest.heterogeneous()) return;
+  rest.node_drag.assign(node_count, 0.0);
+  for (int t = 0; t < rest.tet_count(); ++t)
+    for (int i : tets[t]) rest.node_drag[i] += 0.25 * rest.tet_mass(t) * rest.material_of(t).damping_mass;
 }
 
 }  // namespace crumple::sim::fem

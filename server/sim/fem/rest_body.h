@@ -4,8 +4,11 @@
 #include "server/sim/fem/corotational.h"
 #include "server/sim/fem/fem_material.h"
 #include "server/sim/fem/linear_tetrahedron.h"
+#include "server/sim/fem/material_region.h"
 #include "server/sim/mesh/tet_mesh.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -23,8 +26,16 @@ Result<void> validate(const FemMaterial& material, const std::string& field);
 // Constant data of one finite-element body, one array a quantity, indexed by tet. Rest geometry of a tet does not
 // change when fracture renumbers its nodes; only node_mass does (update_node_mass).
 struct RestBody {
-  FemMaterial material;
-  Lame lame;
+  FemMaterial material;  // of every tet; of several materials that which says what goes for the whole body
+  Lame lame;             // its constants
+  // Of a body of several materials: the others, and which one each tet is of: 0 `material`, k others[k - 1]. A body of
+  // one material has neither.
+  struct Other {
+    FemMaterial material;
+    Lame lame;
+  };
+  std::vector<Other> others;
+  std::vector<std::uint16_t> material_id;
   std::vector<Mat3> beta;          // D_u^-1, eq. 1 [1/m]
   std::vector<Mat34> core;         // c_i = sqrt(fill / (9 V)) n_i [sqrt(m)]: the constant core of eq. 2 as its factors,
                                    // K_ij = Q (lambda c_i c_j^T + mu (c_i . c_j) I + mu c_j c_i^T) Q^T; rotating 4
@@ -34,20 +45,34 @@ struct RestBody {
   std::vector<Mat3> beta_clamped;  // beta', and D_u beta': both empty in a body without a clamped tet
   std::vector<Mat3> rest_gradient;
   std::vector<double> node_mass;  // lumped: rho fill V / 4 from each tet of the node [kg]
+  std::vector<double> node_drag;  // the same times damping_mass [kg/s]; empty in a body of one material
   double mean_edge = 0;           // over the tets' edges [m]
 
   int tet_count() const { return static_cast<int>(beta.size()); }
   int node_count() const { return static_cast<int>(node_mass.size()); }
+  bool heterogeneous() const { return !material_id.empty(); }
+  int material_count() const { return 1 + static_cast<int>(others.size()); }
+  FemMaterial& material_at(int id) { return id == 0 ? material : others[id - 1].material; }
+  const FemMaterial& material_at(int id) const { return id == 0 ? material : others[id - 1].material; }
+  const FemMaterial& material_of(int t) const { return heterogeneous() ? material_at(material_id[t]) : material; }
+  const Lame& lame_of(int t) const {
+    return !heterogeneous() || material_id[t] == 0 ? lame : others[material_id[t] - 1].lame;
+  }
+  bool yields() const;     // any of its materials
+  bool breakable() const;  // any of its materials
+  double tet_mass(int t) const { return material_of(t).density * fill[t] * volume[t]; }  // [kg]
   double mass() const;              // [kg]
   RestTet tet(int t) const;         // everything of one tet, by value
   Vec3 normal(int t, int i) const;  // n_i [m^2]
 };
 
-// clamp_limit: bound on the basis matrices' singular values [1/m]; 0: 20 / mean edge length of the mesh.
-// Rejects what validate(TetMesh) and validate(FemMaterial) reject, and a negative or non-finite limit.
-Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit = 0);
+// clamp_limit: bound on the basis matrices' singular values [1/m]; 0: 20 / mean edge length of the mesh. regions: where
+// the material is another one.
+// Rejects what validate rejects of mesh, materials and regions, and a negative or non-finite limit.
+Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit = 0,
+                                std::span<const MaterialRegion> regions = {});
 
-// Lumped masses anew, after tets got other node ids. tets: one a rest tet; ids in [0, node_count).
+// Lumped masses and drags anew, after tets got other node ids. tets: one a rest tet; ids in [0, node_count).
 void update_node_mass(RestBody& rest, const std::vector<Tet>& tets, int node_count);
 
 }  // namespace crumple::sim::fem
