@@ -10,7 +10,7 @@ SplitReport fracture_step(const fem::RestBody& rest, const fem::Elements& elemen
                           NodeStars& stars, FractureScratch& scratch) {
   const fem::FemMaterial& material = rest.material;
   assert(material.fracture_interval >= 1);
-  if (!material.breakable || step % material.fracture_interval != 0) return {};
+  if (!rest.breakable() || step % material.fracture_interval != 0) return {};
 
   const int tet_count = static_cast<int>(tets.size());
   assert(static_cast<int>(elements.Q.size()) == tet_count && rest.tet_count() == tet_count);
@@ -24,9 +24,10 @@ SplitReport fracture_step(const fem::RestBody& rest, const fem::Elements& elemen
   });
   scratch.S.resize(stars.node_count());
   separation_tensors(tets, stars, scratch.stress, scratch.normals, pool, scratch.forces, scratch.S);
-  const auto candidates = split_candidates(tets, stars, scratch.normals, scratch.S, material.toughness,
-                                           material.raw_toughness, pool);
-  return split_nodes(tets, state, stars, candidates,
+  scratch.toughness = toughness_of(rest);
+  const auto candidates =
+      split_candidates(tets, stars, scratch.normals, scratch.forces, scratch.S, scratch.toughness, pool);
+  return split_nodes(tets, state, stars, candidates, scratch.toughness,
                      {.seed = seed, .step = step, .max_splits = material.max_splits_per_step});
 }
 

@@ -12,10 +12,11 @@ struct FractureScratch {
   std::vector<Mat34> normals;  // Q n_i, times fill [m^2]
   PartForces forces;
   std::vector<Mat3> S;         // separation tensors [N]; one a node of before the splits
+  Toughness toughness;         // of the body's materials
 };
 
-// Finds the nodes that are pulled apart by more than the material's toughness and splits them. Does nothing if the
-// material is not breakable or `step` is no multiple of its fracture_interval. elements: those of `tets` at state.x, as
+// Finds the nodes that are pulled apart by more than their material's toughness and splits them. Does nothing if no
+// material of the body is breakable or `step` is no multiple of its fracture_interval. elements: those of `tets` at state.x, as
 // update_elements or plastic_flow left them. stars: those of `tets`. After splits the caller must call
 // fem::update_node_mass and let its own arrays of nodes follow (extend_by_origin).
 SplitReport fracture_step(const fem::RestBody& rest, const fem::Elements& elements, std::uint64_t seed,

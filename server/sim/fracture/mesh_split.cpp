@@ -36,13 +36,16 @@ struct FaceAtNode {
 
 class Splitter {
  public:
-  Splitter(std::vector<Tet>& tets, fem::FemState& state, NodeStars& stars, SplitReport& report)
-      : tets_(tets), state_(state), stars_(stars), report_(report), old_node_count_(stars.node_count()) {}
+  Splitter(std::vector<Tet>& tets, fem::FemState& state, NodeStars& stars, const Toughness& toughness,
+           SplitReport& report)
+      : tets_(tets), state_(state), stars_(stars), toughness_(toughness), report_(report),
+        old_node_count_(stars.node_count()) {}
 
   void try_split(const SplitCandidate& candidate);
 
  private:
-  bool in_front(int t, const SplitCandidate& candidate) const;
+  Vec3 centroid(int t) const;
+  std::vector<char> in_front(const SplitCandidate& candidate) const;
   void list_faces_at(int node);
   void list_groups_at(int node);
   bool in_large_piece(int t) const;
@@ -53,6 +56,7 @@ class Splitter {
   std::vector<Tet>& tets_;
   fem::FemState& state_;
   NodeStars& stars_;
+  const Toughness& toughness_;
   SplitReport& report_;
   int old_node_count_;
 
@@ -64,10 +68,33 @@ class Splitter {
   std::vector<int> cut_nodes_;     // nodes whose stars lose a face
 };
 
-bool Splitter::in_front(int t, const SplitCandidate& candidate) const {
+Vec3 Splitter::centroid(int t) const {
   const Tet& tet = tets_[t];
-  const Vec3 centroid = 0.25 * (state_.x[tet[0]] + state_.x[tet[1]] + state_.x[tet[2]] + state_.x[tet[3]]);
-  return (centroid - state_.x[candidate.node]).dot(candidate.normal) > 0;
+  return 0.25 * (state_.x[tet[0]] + state_.x[tet[1]] + state_.x[tet[2]] + state_.x[tet[3]]);
+}
+
+// Which tets of the candidate's star go to the copy.
+std::vector<char> Splitter::in_front(const SplitCandidate& candidate) const {
+  const std::span<const int> star = stars_[candidate.node];
+  const auto stays_whole = [&](int t) { return toughness_.of(t) > candidate.toughness || toughness_.never_parts(t); };
+  const auto before_plane = [&](const Vec3& point) {
+    return (point - state_.x[candidate.node]).dot(candidate.normal) > 0;
+  };
+  std::vector<char> front(star.size());
+  Vec3 sum = Vec3::Zero();
+  int whole = 0;
+  for (std::size_t i = 0; i < star.size(); ++i) {
+    const Vec3 middle = centroid(star[i]);
+    front[i] = before_plane(middle);
+    if (toughness_.same_everywhere() || !stays_whole(star[i])) continue;
+    sum += middle;
+    ++whole;
+  }
+  if (whole == 0) return front;
+  const char side = before_plane(sum / whole);
+  for (std::size_t i = 0; i < star.size(); ++i)
+    if (stays_whole(star[i])) front[i] = side;
+  return front;
 }
 
 void Splitter::list_faces_at(int node) {
@@ -85,7 +112,7 @@ void Splitter::list_faces_at(int node) {
   std::ranges::sort(faces_, {}, [](const FaceAtNode& f) { return std::tuple(f.low, f.high, f.index); });
 }
 
-// Tets of the star that are connected through faces at the node form a group.
+// Tets of the star that are connected through faces at the node form a group; tets that never give way are all of one.
 void Splitter::list_groups_at(int node) {
   list_faces_at(node);
   const int size = static_cast<int>(stars_[node].size());
@@ -98,6 +125,12 @@ void Splitter::list_groups_at(int node) {
   for (std::size_t f = 1; f < faces_.size(); ++f) {
     if (!faces_[f].same_face(faces_[f - 1])) continue;
     const auto [low, high] = std::minmax({root(faces_[f - 1].index), root(faces_[f].index)});
+    group_[high] = low;
+  }
+  for (int i = 0, first = -1; i < size && !toughness_.same_everywhere(); ++i) {
+    if (!toughness_.never_parts(stars_[node][i])) continue;
+    if (first < 0) first = i;
+    const auto [low, high] = std::minmax({root(first), root(i)});
     group_[high] = low;
   }
   int count = 0;  // roots come before the rest of their group, so one pass renames both
@@ -161,8 +194,7 @@ void Splitter::separate_joints(int node) {
 void Splitter::try_split(const SplitCandidate& candidate) {
   const int node = candidate.node;
   const std::span<const int> star = stars_[node];
-  std::vector<char> front(star.size());
-  for (std::size_t i = 0; i < star.size(); ++i) front[i] = in_front(star[i], candidate);
+  const std::vector<char> front = in_front(candidate);
   if (std::ranges::count(front, 0) == 0 || std::ranges::count(front, 1) == 0) return;
 
   list_faces_at(node);
@@ -193,9 +225,16 @@ void Splitter::try_split(const SplitCandidate& candidate) {
 
 SplitReport split_nodes(std::vector<Tet>& tets, fem::FemState& state, NodeStars& stars,
                         std::span<const SplitCandidate> candidates, const SplitOptions& options) {
+  const Toughness everywhere{.of_material = {std::numeric_limits<double>::infinity()}, .material_id = {}};
+  return split_nodes(tets, state, stars, candidates, everywhere, options);
+}
+
+SplitReport split_nodes(std::vector<Tet>& tets, fem::FemState& state, NodeStars& stars,
+                        std::span<const SplitCandidate> candidates, const Toughness& toughness,
+                        const SplitOptions& options) {
   assert(static_cast<int>(state.x.size()) == stars.node_count() && state.x.size() == state.v.size());
   SplitReport report;
-  Splitter splitter(tets, state, stars, report);
+  Splitter splitter(tets, state, stars, toughness, report);
   for (const SplitCandidate& candidate : in_random_order(candidates, options)) {
     if (static_cast<int>(report.splits.size()) >= options.max_splits) break;
     assert(candidate.node >= 0 && candidate.node < stars.node_count());

@@ -43,9 +43,16 @@ struct SplitReport {
 // Where a split leaves tets of a node that hang together by less than a face at that node, hence only by an edge (hinge)
 // or by the node (ball joint), each face-connected group gets its own copy. The paper asks it of two components; here two
 // parts of one component that touch in such a joint are parted too, since the check then needs the node's star alone.
+// In a body of several materials the tets of the node that are tougher than the candidate, or never give way, stay
+// together, on the side of the plane where the mean of their centroids lies: a crack in glass ends at the frame, or runs
+// along it. Tets that never give way are not parted by joints either.
 // Copies take position and velocity of their node; rest shape and plastic strain belong to tets and do not change.
 // Mass and momentum stay the same once the caller has recomputed node masses from the tets; other arrays that have one
 // entry a node follow by extend_by_origin. stars: those of `tets`; kept up to date. A candidate costs O(its star).
+SplitReport split_nodes(std::vector<Tet>& tets, fem::FemState& state, NodeStars& stars,
+                        std::span<const SplitCandidate> candidates, const Toughness& toughness,
+                        const SplitOptions& options);
+// Of a body of one material.
 SplitReport split_nodes(std::vector<Tet>& tets, fem::FemState& state, NodeStars& stars,
                         std::span<const SplitCandidate> candidates, const SplitOptions& options);
 

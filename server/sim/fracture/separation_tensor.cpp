@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -16,6 +17,73 @@ int local_index(const Tet& tet, int node) {
     if (tet[k] == node) return k;
   assert(tet[3] == node);
   return 3;
+}
+
+// S of one node, whose tets that are not `loose` count as one piece.
+template <class Loose>
+Mat3 tensor_at(int node, const std::vector<Tet>& tets, const NodeStars& stars, const PartForces& forces, Loose loose) {
+  Vec3 F_plus = Vec3::Zero(), F_minus = Vec3::Zero(), piece_plus = Vec3::Zero(), piece_minus = Vec3::Zero();
+  Mat3 sum = Mat3::Zero();
+  for (const int t : stars[node]) {
+    const int k = local_index(tets[t], node);
+    const Vec3 f_plus = forces.tensile[t].col(k), f_minus = forces.compressive[t].col(k);
+    F_plus += f_plus;
+    F_minus += f_minus;
+    if (loose(t)) {
+      sum += outer_by_length(f_plus) - outer_by_length(f_minus);
+    } else {
+      piece_plus += f_plus;
+      piece_minus += f_minus;
+    }
+  }
+  sum += outer_by_length(piece_plus) - outer_by_length(piece_minus);
+  return 0.5 * (sum - outer_by_length(F_plus) + outer_by_length(F_minus));
+}
+
+template <class Loose>
+double cut_area_at(int node, const Vec3& e, const std::vector<Tet>& tets, const NodeStars& stars,
+                   std::span<const Mat34> normals, Loose loose) {
+  double sum = 0, piece = 0;
+  for (const int t : stars[node]) {
+    const double projected = normals[t].col(local_index(tets[t], node)).dot(e);
+    if (loose(t))
+      sum += std::abs(projected);
+    else
+      piece += projected;
+  }
+  return (sum + std::abs(piece)) / 6;
+}
+
+constexpr auto kAllLoose = [](int) { return true; };
+
+// Of the positive eigenvalues of S the strongest; strength 0 if there is none. area(e): what to divide by.
+template <class Area>
+SplitCandidate strongest(int node, const Mat3& S, Area area_across) {
+  SplitCandidate best{.node = node};
+  if (!S.allFinite()) return best;
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(S);
+  for (int i = 2; i >= 0; --i) {  // ascending; the largest may be beaten once areas count
+    const double eigenvalue = eigen.eigenvalues()[i];
+    if (!(eigenvalue > 0)) break;
+    const Vec3 e = eigen.eigenvectors().col(i);
+    const double area = area_across(e);
+    const double strength = area > 0 ? eigenvalue / area : 0;
+    if (strength > best.strength) best = {node, e, strength};
+  }
+  return best;
+}
+
+bool breaks(const SplitCandidate& c) { return c.strength > c.toughness && std::isfinite(c.strength); }
+
+// The toughnesses of a node's tets, ascending and without infinity. True if all of its tets have the same.
+bool list_levels(std::span<const int> star, const Toughness& toughness, std::vector<double>& levels) {
+  levels.clear();
+  for (const int t : star)
+    if (std::ranges::find(levels, toughness.of(t)) == levels.end()) levels.push_back(toughness.of(t));
+  const bool alone = levels.size() < 2;
+  std::erase(levels, std::numeric_limits<double>::infinity());
+  std::ranges::sort(levels);
+  return alone;
 }
 
 }  // namespace
@@ -54,49 +122,49 @@ void separation_tensors(const std::vector<Tet>& tets, const NodeStars& stars, st
     }
   });
   pool.for_chunks(stars.node_count(), kChunk, [&](int begin, int end) {
-    for (int node = begin; node < end; ++node) {
-      Vec3 F_plus = Vec3::Zero(), F_minus = Vec3::Zero();
-      Mat3 sum = Mat3::Zero();
-      for (const int t : stars[node]) {
-        const int k = local_index(tets[t], node);
-        const Vec3 f_plus = forces.tensile[t].col(k), f_minus = forces.compressive[t].col(k);
-        F_plus += f_plus;
-        F_minus += f_minus;
-        sum += outer_by_length(f_plus) - outer_by_length(f_minus);
-      }
-      S[node] = 0.5 * (sum - outer_by_length(F_plus) + outer_by_length(F_minus));
-    }
+    for (int node = begin; node < end; ++node) S[node] = tensor_at(node, tets, stars, forces, kAllLoose);
   });
 }
 
 double cut_area(const std::vector<Tet>& tets, const NodeStars& stars, std::span<const Mat34> normals, int node,
                 const Vec3& e) {
-  double sum = 0;
-  for (const int t : stars[node]) sum += std::abs(normals[t].col(local_index(tets[t], node)).dot(e));
-  return sum / 6;
+  return cut_area_at(node, e, tets, stars, normals, kAllLoose);
 }
 
 std::vector<SplitCandidate> split_candidates(const std::vector<Tet>& tets, const NodeStars& stars,
                                              std::span<const Mat34> normals, std::span<const Mat3> S,
                                              double toughness, bool raw_toughness, const ThreadPool& pool) {
   assert(toughness >= 0);
-  std::vector<SplitCandidate> strongest(S.size());
+  const Toughness everywhere{.of_material = {toughness}, .material_id = {}, .raw = raw_toughness};
+  return split_candidates(tets, stars, normals, {}, S, everywhere, pool);
+}
+
+std::vector<SplitCandidate> split_candidates(const std::vector<Tet>& tets, const NodeStars& stars,
+                                             std::span<const Mat34> normals, const PartForces& forces,
+                                             std::span<const Mat3> S, const Toughness& toughness,
+                                             const ThreadPool& pool) {
+  std::vector<SplitCandidate> candidates(S.size());
+  const auto look = [&](int node, const Mat3& tensor, double level, auto loose) {
+    SplitCandidate found = strongest(node, tensor, [&](const Vec3& e) {
+      return toughness.raw ? 1 : cut_area_at(node, e, tets, stars, normals, loose);
+    });
+    found.toughness = level;
+    return found;
+  };
   pool.for_chunks(static_cast<int>(S.size()), kChunk, [&](int begin, int end) {
+    std::vector<double> levels{toughness.of_material[0]};
     for (int node = begin; node < end; ++node) {
-      if (!S[node].allFinite()) continue;
-      const Eigen::SelfAdjointEigenSolver<Mat3> eigen(S[node]);
-      for (int i = 2; i >= 0; --i) {  // ascending; the largest may be beaten once areas count
-        const double eigenvalue = eigen.eigenvalues()[i];
-        if (!(eigenvalue > 0)) break;
-        const Vec3 e = eigen.eigenvectors().col(i);
-        const double area = raw_toughness ? 1 : cut_area(tets, stars, normals, node, e);
-        const double strength = area > 0 ? eigenvalue / area : 0;
-        if (strength > strongest[node].strength) strongest[node] = {node, e, strength};
+      const bool alone = toughness.same_everywhere() || list_levels(stars[node], toughness, levels);
+      for (const double level : levels) {
+        const auto loose = [&](int t) { return toughness.of(t) <= level; };
+        candidates[node] = alone ? look(node, S[node], level, kAllLoose)
+                                 : look(node, tensor_at(node, tets, stars, forces, loose), level, loose);
+        if (breaks(candidates[node])) break;
       }
     }
   });
-  std::erase_if(strongest, [&](const SplitCandidate& c) { return !(c.strength > toughness && std::isfinite(c.strength)); });
-  return strongest;
+  std::erase_if(candidates, [](const SplitCandidate& c) { return !breaks(c); });
+  return candidates;
 }
 
 }  // namespace crumple::sim::fracture

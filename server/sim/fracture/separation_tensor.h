@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/types.h"
+#include "server/sim/fracture/toughness.h"
 #include "server/sim/mesh/node_stars.h"
 #include "server/sim/parallel_for.h"
 
@@ -43,6 +44,7 @@ struct SplitCandidate {
   int node = 0;
   Vec3 normal = Vec3::UnitX();  // of the split plane, in W
   double strength = 0;          // eigenvalue / A(e) [Pa], or the eigenvalue [N]
+  double toughness = std::numeric_limits<double>::infinity();  // that it exceeds: tougher tets stay together
 };
 
 // The nodes whose strength exceeds the toughness [Pa; N if raw_toughness], ascending. Of a node's positive eigenvalues
@@ -50,5 +52,16 @@ struct SplitCandidate {
 std::vector<SplitCandidate> split_candidates(const std::vector<Tet>& tets, const NodeStars& stars,
                                              std::span<const Mat34> normals, std::span<const Mat3> S,
                                              double toughness, bool raw_toughness, const ThreadPool& pool);
+
+// The same for a body of several materials. A node between tets of different toughness is looked at once for each of
+// them, the least first, and the first that is exceeded counts. In each look the tougher tets of the node are one piece:
+// their forces and their normals are summed before they enter S and A(e). So the pull along a steel frame, which its
+// own tets carry, does not break the glass that it holds; what steel and glass do to each other does, and at the stress
+// at which glass alone would break. Tets that never give way are the toughest.
+// forces: of separation_tensors.
+std::vector<SplitCandidate> split_candidates(const std::vector<Tet>& tets, const NodeStars& stars,
+                                             std::span<const Mat34> normals, const PartForces& forces,
+                                             std::span<const Mat3> S, const Toughness& toughness,
+                                             const ThreadPool& pool);
 
 }  // namespace crumple::sim::fracture
