@@ -44,6 +44,13 @@ double von_mises(const Mat3& sigma);
 // 1/3.)
 Mat34 nodal_forces(const RestTet& rest, const Mat3& Q, const Mat3& sigma);
 
+// The antisymmetric A with (sigma + A) S symmetric, S = sym(Q^T F): forces of Q (sigma + A) have no moment about anything
+// and are -dE/dx exactly, plastic strain or not (of unclamped tets, Q the rotation of F). Zero where stress and stretch
+// commute; with a plastic strain that is not coaxial they do not, and forces of Q sigma alone turn a free body for ever.
+//   A S + S A = S sigma - sigma S, so (tr(S) I - S) a = axial(S sigma - sigma S)
+// Where that matrix is nearly singular, in tets squashed to nothing or inverted, A fades to zero.
+Mat3 moment_balance(const Mat3& S, const Mat3& sigma);
+
 // K_ij = -J_ij, J_ij = -1/(9V) Q (lambda n_i n_j^T + mu (n_i . n_j) I + mu n_j n_i^T) Q^T (eq. 2 with the factor that
 // the paper does not print), times fill: -df_i/dx_j with Q held fixed [N/m]. For one tet, by the formula; assembly
 // works with its cached factors (RestBody::core).

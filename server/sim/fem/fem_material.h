@@ -13,7 +13,8 @@ enum class RotationRule {
 // What yields and what flows (eq. 3).
 enum class FlowRule {
   additive,    // the paper's: the whole elastic strain, its change of volume included
-  deviatoric,  // its deviator alone: von Mises' (J2) yield, and plastic strain without trace
+  deviatoric,  // its deviator alone: von Mises' (J2) yield, and plastic strain without trace; besides, forces have no
+               // moment (moment_balance), which the paper's get from plastic strain that is not coaxial
 };
 
 // A material of a finite-element body; artists set all of it. Of a body of several materials, material_region.h says

@@ -229,6 +229,74 @@ TEST(DeviatoricFlow, ABodyUsesTheRuleOfItsMaterial) {
   EXPECT_LT((state.plastic_strain[0] - (1 - 0.01 / deviator.norm()) * deviator).norm(), 1e-12);
 }
 
+// ---- the moment of plastic strain that is not coaxial ---------------------------------------------------------------
+Mat3 random_plastic(test::Random& random) {
+  const Mat3 strain = symmetric_part(random.mat3(-0.3, 0.3));
+  return strain - strain.trace() / 3 * Mat3::Identity();
+}
+
+TEST(MomentBalance, MakesStressTimesStretchSymmetricAndIsZeroWhereItIsAlready) {
+  test::Random random(8);
+  const Lame lame = lame_constants(1e6, 0.3);
+  for (int k = 0; k < 100; ++k) {
+    const Mat3 S = Mat3::Identity() + symmetric_part(random.mat3(-0.3, 0.3));
+    const Mat3 sigma = isotropic_stress(lame, S - Mat3::Identity() - random_plastic(random));
+    const Mat3 A = moment_balance(S, sigma);
+    EXPECT_LT((A + A.transpose()).norm(), 1e-9);
+    const Mat3 balanced = (sigma + A) * S;
+    EXPECT_LT((balanced - balanced.transpose()).norm(), 1e-12 * balanced.norm());
+    EXPECT_LT(moment_balance(S, isotropic_stress(lame, S - Mat3::Identity())).norm(), 1e-9);
+  }
+  // Squashed to nothing or inverted: no larger than the stress.
+  for (int k = 0; k < 100; ++k) {
+    const Mat3 R = random.rotation();
+    const Vec3 stretch(random.uniform(0, 1), random.uniform(0, 0.1), random.uniform(-1, 0.1));
+    const Mat3 S = R * stretch.asDiagonal() * R.transpose();
+    const Mat3 sigma = isotropic_stress(lame, S - Mat3::Identity() - random_plastic(random));
+    EXPECT_LT(moment_balance(S, sigma).norm(), 4 * sigma.norm());
+  }
+}
+
+// F4's second half: with the balance the element's forces are -dE/dx and have no moment also once it has flowed.
+TEST(MomentBalance, ForcesOfTheDeviatoricRuleAreMinusTheEnergysGradient) {
+  test::Random random(9);
+  const TetMesh mesh = test::regular_tet();
+  FemMaterial material;
+  material.flow = FlowRule::deviatoric;
+  const RestBody rest = test::rest_body(mesh, material);
+  material.flow = FlowRule::additive;
+  const RestBody paper = test::rest_body(mesh, material);
+  const ThreadPool pool(1);
+  Elements elements;
+  Eigen::VectorXd f(12);
+  double papers_moment = 0;
+  for (int round = 0; round < 50; ++round) {
+    FemState state = test::rest_state(mesh);
+    state.plastic_strain[0] = random_plastic(random);
+    const Mat3 R = random.rotation();
+    for (Vec3& x : state.x) x = R * x + random.vec3(-0.3, 0.3);
+    const auto moment = [&] {
+      Vec3 sum = Vec3::Zero();
+      for (int a = 0; a < 4; ++a) sum += state.x[a].cross(f.segment<3>(3 * a));
+      return sum.norm() / f.norm();
+    };
+    elastic_forces(paper, mesh.tets, state.x, state.plastic_strain, pool, elements, f);
+    papers_moment = std::max(papers_moment, moment());
+    elastic_forces(rest, mesh.tets, state.x, state.plastic_strain, pool, elements, f);
+    EXPECT_LT(moment(), 1e-12);
+    constexpr double h = 1e-6;
+    for (int k = 0; k < 12; ++k) {
+      std::vector<Vec3> plus = state.x, minus = state.x;
+      plus[k / 3][k % 3] += h;
+      minus[k / 3][k % 3] -= h;
+      const double gradient = (elastic_energy(rest, mesh.tets, plus, state.plastic_strain) -
+                               elastic_energy(rest, mesh.tets, minus, state.plastic_strain)) / (2 * h);
+      EXPECT_NEAR(f[k], -gradient, 1e-6 * f.norm());
+    }
+  }
+  EXPECT_GT(papers_moment, 0.05);
+}
+
 // The force sees eps~ - eps^P: a body of plastic strain eps^P is at rest in that shape.
 TEST(Plasticity, BodyStretchedBeyondYieldKeepsPartOfTheStretch) {
   const TetMesh mesh = test::regular_tet();
