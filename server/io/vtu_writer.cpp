@@ -52,6 +52,8 @@ Result<void> write_vtu(const std::filesystem::path& file, const sim::FemView& bo
     ends.push_back(static_cast<std::int32_t>(corners.size()));
     plastic.push_back(body.plastic_strain[t].norm());
   }
+  std::vector<std::int32_t> material(body.material_id.begin(), body.material_id.end());
+  material.resize(body.tets.size(), 0);
   constexpr std::uint8_t kVtkTetra = 10;
   const std::vector<std::uint8_t> types(body.tets.size(), kVtkTetra);
 
@@ -65,6 +67,7 @@ Result<void> write_vtu(const std::filesystem::path& file, const sim::FemView& bo
   xml += "</PointData>\n<CellData Scalars=\"von_mises\">";
   xml += data_array<double>("Float64", "von_mises", 1, body.von_mises);
   xml += data_array<double>("Float64", "plastic_strain", 1, plastic);
+  xml += data_array<std::int32_t>("Int32", "material", 1, material);
   xml += "</CellData>\n</Piece></UnstructuredGrid>\n</VTKFile>\n";
   return write_file(file, xml);
 }

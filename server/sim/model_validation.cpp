@@ -178,6 +178,10 @@ Result<void> validate(const FemModel& model, const std::string& field, SeenAsset
   breach.require(model.mesh != nullptr, field + ".mesh", "is missing");
   check_shared(breach, model.mesh, field + ".mesh", seen);
   check_material(breach, model.material, field + ".material");
+  if (breach.ok())
+    breach.take(fem::validate(model.regions, model.material, model.mesh->tet_count(), field + ".regions"));
+  for (std::size_t r = 0; breach.ok() && r < model.regions.size(); ++r)
+    check_material(breach, model.regions[r].material, entry(field + ".regions", r) + ".material");
   if (breach.ok()) check_motions(breach, model, field + ".motions");
   breach.number(model.clamp_limit, limits::kClampLimit, field + ".clamp_limit");
   check_shared(breach, model.render, field + ".render", seen);

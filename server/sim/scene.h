@@ -3,7 +3,7 @@
 #include "common/types.h"
 #include "server/sim/command.h"
 #include "server/sim/example_based/example_set.h"
-#include "server/sim/fem/fem_material.h"
+#include "server/sim/fem/material_region.h"
 #include "server/sim/linear_solver/solver_kind.h"
 #include "server/sim/mesh/surface_mesh.h"
 #include "server/sim/mesh/tet_mesh.h"
@@ -62,7 +62,8 @@ struct RigidModel {
 
 struct FemModel {
   std::shared_ptr<const TetMesh> mesh;       // rest shape in the body's axes
-  fem::FemMaterial material;
+  fem::FemMaterial material;                 // of the tets that no region has
+  std::vector<fem::MaterialRegion> regions;  // at most 1,000
   std::vector<NodeMotion> motions;           // fixed and scripted nodes; at most 1,000
   double clamp_limit = 0;                    // limit of the basis matrices' singular values [1/m], [0, 1e9];
                                              // 0: 20 / mean edge

@@ -94,7 +94,7 @@ Energies World::energies() const {
 FemView World::fem(BodyId body) const {
   assert(impl_->places[body].model == BodyModel::fem);
   const SoftBody& soft = impl_->soft[impl_->places[body].index];
-  FemView view{soft.tets, soft.state.x, soft.state.v, soft.state.plastic_strain, soft.von_mises()};
+  FemView view{soft.tets, soft.state.x, soft.state.v, soft.state.plastic_strain, soft.rest.material_id, soft.von_mises()};
   view.inverted = fem::inverted_count(soft.tets, soft.state.x);
   view.fragments = fracture::find_fragments(soft.tets).count();
   return view;

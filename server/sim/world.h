@@ -5,6 +5,7 @@
 #include "server/sim/event.h"
 #include "server/sim/scene.h"
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -44,6 +45,7 @@ struct FemView {
   const std::vector<Vec3>& x;
   const std::vector<Vec3>& v;
   const std::vector<Mat3>& plastic_strain;
+  const std::vector<std::uint16_t>& material_id;  // one a tet: 0 the body's, k that of region k - 1; empty: all 0
   std::vector<double> von_mises;  // one a tet [Pa]
   int inverted = 0;               // tets of negative volume
   int fragments = 0;              // face-connected components

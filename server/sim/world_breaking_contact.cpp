@@ -41,9 +41,10 @@ bool World::Impl::break_ahead(const islands::CompositeIsland& island, const isla
   bool any = false;
   for (std::size_t k = 0; k < island.soft.size(); ++k) {
     const int b = island.soft[k];
-    if (!soft[b].material().breakable || !touches(island, b)) continue;
+    if (!soft[b].rest.breakable() || !touches(island, b)) continue;
     const FractureOutcome outcome =
-        soft[b].fracture_ahead(solution.soft_velocity(static_cast<int>(k)), scene.dt, scene.seed, step, round, pool);
+        soft[b].fracture_ahead(solution.soft_velocity(static_cast<int>(k)), scene.dt, scene.creep_dt, scene.seed, step,
+                               round, pool);
     broken[b] += outcome;
     any = any || outcome.splits > 0;
   }

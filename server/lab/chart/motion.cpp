@@ -54,7 +54,7 @@ Result<Motion> step_world(const sim::SceneDescription& scene, int threads, doubl
   if (!made) return std::unexpected(made.error());
   sim::World& world = **made;
   const auto& model = std::get<sim::FemModel>(scene.bodies[kFirstBody].model);
-  auto rest = fem::make_rest_body(*model.mesh, model.material, model.clamp_limit);
+  auto rest = fem::make_rest_body(*model.mesh, model.material, model.clamp_limit, model.regions);
   if (!rest) return std::unexpected(rest.error());
   const std::vector<Vec3> start = world.fem(kFirstBody).x;
 
@@ -91,7 +91,7 @@ Result<Motion> step_world(const sim::SceneDescription& scene, int threads, doubl
 
 Result<Motion> step_directly(const sim::SceneDescription& scene, double end, const std::vector<int>& probe) {
   const auto& model = std::get<sim::FemModel>(scene.bodies[kFirstBody].model);
-  auto rest = fem::make_rest_body(*model.mesh, model.material, model.clamp_limit);
+  auto rest = fem::make_rest_body(*model.mesh, model.material, model.clamp_limit, model.regions);
   if (!rest) return std::unexpected(rest.error());
   const std::vector<Vec3> start = placed(scene.bodies[kFirstBody], model.mesh->X);
   fem::FemState state{start, std::vector<Vec3>(start.size(), Vec3::Zero()),
@@ -131,6 +131,14 @@ void hash_mesh(sim::StateHash& hash, const sim::TetMesh& mesh) {
   }
 }
 
+void hash_material(sim::StateHash& hash, const fem::FemMaterial& m) {
+  for (double v : {m.young, m.poisson, m.density, m.damping_mass, m.damping_stiffness, m.yield, m.creep, m.max_plastic,
+                   m.toughness, m.friction}) {
+    hash.add(v);
+  }
+  if (m.flow != fem::FlowRule::additive) hash.add(static_cast<double>(m.flow));
+}
+
 }  // namespace
 
 std::uint64_t scene_hash(const sim::SceneDescription& scene) {
@@ -143,10 +151,10 @@ std::uint64_t scene_hash(const sim::SceneDescription& scene) {
     hash.add(static_cast<double>(body.model.index()));
     if (const auto* fem = std::get_if<sim::FemModel>(&body.model)) {
       hash_mesh(hash, *fem->mesh);
-      const fem::FemMaterial& m = fem->material;
-      for (double v : {m.young, m.poisson, m.density, m.damping_mass, m.damping_stiffness, m.yield, m.creep, m.max_plastic,
-                       m.toughness, m.friction}) {
-        hash.add(v);
+      hash_material(hash, fem->material);
+      for (const fem::MaterialRegion& region : fem->regions) {
+        for (int t : region.tets) hash.add(static_cast<double>(t));
+        hash_material(hash, region.material);
       }
     } else if (const auto* example = std::get_if<sim::ExampleModel>(&body.model)) {
       hash_mesh(hash, example->set->mesh);

@@ -12,7 +12,7 @@ namespace {
 // Tags the error of a room below with where in the scene it is.
 std::vector<double> tet_masses_of(const fem::RestBody& rest) {
   std::vector<double> masses(rest.tet_count());
-  for (int t = 0; t < rest.tet_count(); ++t) masses[t] = rest.material.density * rest.fill[t] * rest.volume[t];
+  for (int t = 0; t < rest.tet_count(); ++t) masses[t] = rest.tet_mass(t);
   return masses;
 }
 
@@ -29,7 +29,7 @@ double drawn_stress(const fem::FemMaterial& material) {
 Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const FemModel& model, bool float_solver,
                                 const std::string& field) {
   const TetMesh& mesh = *model.mesh;
-  auto rest = fem::make_rest_body(mesh, model.material, model.clamp_limit);
+  auto rest = fem::make_rest_body(mesh, model.material, model.clamp_limit, model.regions);
   if (!rest) return std::unexpected(Error{rest.error().code, field + "." + rest.error().field, rest.error().message});
 
   SoftBody soft;
@@ -43,10 +43,12 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
   soft.rest = std::move(*rest);
   soft.mean_tet_volume =
       std::accumulate(soft.rest.volume.begin(), soft.rest.volume.end(), 0.0) / soft.rest.tet_count();
-  soft.material_rotation_ = model.material.rotation;
   soft.system = fem::StepSystem(float_solver);
   soft.tet_mass_ = tet_masses_of(soft.rest);
-  soft.value_scale_ = drawn_stress(model.material);
+  for (int k = 0; k < soft.rest.material_count(); ++k) {
+    soft.material_rotation_.push_back(soft.rest.material_at(k).rotation);
+    soft.value_scale_.push_back(drawn_stress(soft.rest.material_at(k)));
+  }
   soft.state.plastic_strain.assign(mesh.tets.size(), Mat3::Zero());
   for (const Vec3& X : mesh.X) {
     const Vec3 x = body.pose * X;
@@ -70,7 +72,7 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
     soft.driven_.push_back(std::move(driven));
   }
   // A body that may break shows its tets: pieces of an embedded surface would be drawn out between its parts.
-  if (model.render && !model.material.breakable) {
+  if (model.render && !soft.rest.breakable()) {
     soft.render_ = model.render;
     soft.embedding_ = embed(model.render->vertices, mesh);
   }
@@ -189,7 +191,9 @@ double SoftBody::prescribed_work(double dt) const {
 }
 
 void SoftBody::use_rotation(bool safe) {
-  rest.material.rotation = safe ? fem::RotationRule::svd : material_rotation_;
+  for (int k = 0; k < rest.material_count(); ++k) {
+    rest.material_at(k).rotation = safe ? fem::RotationRule::svd : material_rotation_[k];
+  }
 }
 
 void SoftBody::plastic_flow(double dt, double creep_dt, const ThreadPool& pool) {
@@ -258,13 +262,13 @@ std::vector<float> SoftBody::node_values() const {
   const std::vector<double> stress = von_mises();
   for (std::size_t t = 0; t < tets.size(); ++t) {
     for (int n : tets[t]) {
-      sum[n] += rest.volume[t] * stress[t];
+      sum[n] += rest.volume[t] * stress[t] / value_scale_[rest.heterogeneous() ? rest.material_id[t] : 0];
       weight[n] += rest.volume[t];
     }
   }
   std::vector<float> values(X.size(), 0);
   for (std::size_t n = 0; n < X.size(); ++n) {
-    if (weight[n] > 0) values[n] = static_cast<float>(std::clamp(sum[n] / weight[n] / value_scale_, 0.0, 1.0));
+    if (weight[n] > 0) values[n] = static_cast<float>(std::clamp(sum[n] / weight[n], 0.0, 1.0));
   }
   return values;
 }

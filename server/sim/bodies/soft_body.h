@@ -49,6 +49,7 @@ class SoftBody {
   std::vector<char> fixed;              // one a node: prescribed
   bool frozen = false;
 
+  // Of several the one that says what goes for the whole body (fem/material_region.h).
   const fem::FemMaterial& material() const { return rest.material; }
   int node_count() const { return static_cast<int>(X.size()); }
   int pieces() const { return last_fragments_; }  // face-connected components
@@ -74,13 +75,14 @@ class SoftBody {
   double prescribed_work(double dt) const;
   bool balance_holds() const { return !changed_while_prescribed_; }  // false: driven nodes split
   void begin_account() { command_work_ = 0, changed_while_prescribed_ = false; }
-  void use_rotation(bool safe);  // SVD, or what the material says
+  void use_rotation(bool safe);  // SVD, or what the materials say
   void plastic_flow(double dt, double creep_dt, const ThreadPool& pool);
   // Separation tensors and node splitting (section 5). After a split the topology is another.
   FractureOutcome fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool);
-  // The same where v+ would take the body; positions and velocities stay those of before. `round`: of several in a step.
-  FractureOutcome fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, std::uint64_t seed,
-                                 std::uint64_t step, int round, const ThreadPool& pool);
+  // The same where v+ would take the body and after what would flow there; positions, velocities and plastic strain stay
+  // those of before. `round`: of several in a step.
+  FractureOutcome fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, double creep_dt,
+                                 std::uint64_t seed, std::uint64_t step, int round, const ThreadPool& pool);
 
   // Spreads an impulse [N s] over the nodes within radius of a point by a smooth kernel times their mass; on the nearest
   // node if there is none.
@@ -115,9 +117,9 @@ class SoftBody {
   bool changed_while_prescribed_ = false;
   Eigen::VectorXd command_force_;               // 3n [N]; empty: none in this step
   double command_work_ = 0;                     // [J]
-  fem::RotationRule material_rotation_ = fem::RotationRule::svd;
+  std::vector<fem::RotationRule> material_rotation_;  // one a material
   std::vector<double> tet_mass_;
-  double value_scale_ = 1;                      // stress drawn as 1 [Pa]
+  std::vector<double> value_scale_;             // one a material: stress drawn as 1 [Pa]
   std::vector<Vec3> x_before_;                  // scratch: positions before the step
   // Drawing: the embedded mesh, or the tets' own surface.
   std::shared_ptr<const SurfaceMesh> render_;

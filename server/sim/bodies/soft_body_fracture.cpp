@@ -7,7 +7,7 @@
 namespace crumple::sim {
 
 bool SoftBody::may_break(std::uint64_t step) const {
-  return !frozen && material().breakable && step % material().fracture_interval == 0;
+  return !frozen && rest.breakable() && step % material().fracture_interval == 0;
 }
 
 // Parker & O'Brien 2009, section 5, at state.x, where the elements are up to date. Returns the new nodes' origins.
@@ -52,27 +52,34 @@ std::vector<int> SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
 
 FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool) {
   FractureOutcome outcome{.fragments = last_fragments_};
-  const bool yields = std::isfinite(material().yield);
-  const bool whole = std::exchange(whole_ahead_, false) && !yields;
+  const bool whole = std::exchange(whole_ahead_, false);
   if (!may_break(step) || whole) return outcome;
-  // A yielding material's flow has left the elements at these positions already.
-  if (!yields) fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
+  // Where something yields the flow has left the elements at these positions already.
+  if (!rest.yields()) fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
   split_nodes(seed, step, pool, outcome);
   return outcome;
 }
 
-FractureOutcome SoftBody::fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, std::uint64_t seed,
-                                         std::uint64_t step, int round, const ThreadPool& pool) {
+FractureOutcome SoftBody::fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, double creep_dt,
+                                         std::uint64_t seed, std::uint64_t step, int round, const ThreadPool& pool) {
   FractureOutcome outcome{.fragments = last_fragments_};
   if (!may_break(step) || !v_plus.allFinite()) return outcome;
   std::vector<Vec3> x = state.x, v = state.v;
   for (int n = 0; n < node_count(); ++n) state.x[n] += dt * v_plus.segment<3>(3 * n);
-  fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
+  // What yields in this step does not tear in it: stress is looked at after the flow, as at the end of a step.
+  std::vector<Mat3> plastic_strain;
+  if (rest.yields()) {
+    plastic_strain = state.plastic_strain;
+    fem::plastic_flow(rest, tets, state.x, dt, creep_dt, pool, state.plastic_strain, system.elements);
+  } else {
+    fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
+  }
   const std::vector<int> origin = split_nodes(seed + static_cast<std::uint64_t>(round), step, pool, outcome);
   fracture::extend_by_origin(x, origin);
   fracture::extend_by_origin(v, origin);
   state.x = std::move(x);
   state.v = std::move(v);
+  if (rest.yields()) state.plastic_strain = std::move(plastic_strain);
   whole_ahead_ = outcome.splits == 0;
   return outcome;
 }

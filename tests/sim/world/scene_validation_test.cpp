@@ -204,6 +204,24 @@ const Breach kBreaches[] = {
        fem(s).motions.push_back({{1}, {}});
      },
      "bodies[1].fem.motions[1].nodes", "again"},
+    {"region_tets", [](S& s) { fem(s).regions = {{{0}, {}}, {{}, {}}}; }, "bodies[1].fem.regions[1].tets", "empty"},
+    {"region_ids", [](S& s) { fem(s).regions = {{{1}, {}}}; }, "bodies[1].fem.regions[0].tets",
+     "names tet 1, must be below the mesh's 1 tets"},
+    {"region_twice", [](S& s) { fem(s).regions = {{{0}, {}}, {{0}, {}}}; }, "bodies[1].fem.regions[1].tets", "again"},
+    {"region_young", [](S& s) { fem(s).regions = {{{0}, {.young = kNan}}}; }, "bodies[1].fem.regions[0].material.young",
+     "number"},
+    {"region_density", [](S& s) { fem(s).regions = {{{0}, {.density = 1e7}}}; },
+     "bodies[1].fem.regions[0].material.density", "at most 1e+06"},
+    {"region_friction", [](S& s) { fem(s).regions = {{{0}, {.friction = 0.9}}}; },
+     "bodies[1].fem.regions[0].material.friction", "is 0.9, must be that of the body's material (0.4)"},
+    {"too_many_regions", [](S& s) { fem(s).regions.assign(1001, {{0}, {}}); }, "bodies[1].fem.regions", "at most 1000"},
+    {"tags",
+     [](S& s) {
+       TetMesh mesh = one_tet();
+       mesh.tags = {1, 2};
+       set_mesh(s, mesh);
+     },
+     "bodies[1].fem.mesh.tags", "holds 2 values"},
     {"clamp", [](S& s) { fem(s).clamp_limit = -1; }, "bodies[1].fem.clamp_limit", "at least 0"},
 
     {"no_set", [](S& s) { example(s).set = nullptr; }, "bodies[2].example.asset", "missing"},
