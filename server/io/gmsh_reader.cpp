@@ -4,6 +4,7 @@
 #include "common/text.h"
 
 #include <limits>
+#include <unordered_map>
 
 namespace crumple::io {
 namespace {
@@ -22,12 +23,17 @@ Vec3 position(TokenReader& in) {
   return {x, y, z};
 }
 
+// A physical group as a tag: 0, none, where it is beyond the range of ints.
+int group(std::int64_t tag) {
+  return std::abs(tag) <= std::numeric_limits<int>::max() ? static_cast<int>(tag) : 0;
+}
+
 // The element's nodes to the end of its line; anything but a four-node tet is passed over.
-void read_element_nodes(TokenReader& in, TetBuilder& out, std::int64_t type) {
+void read_element_nodes(TokenReader& in, TetBuilder& out, std::int64_t type, int part) {
   if (type == kTet4) {
     std::array<std::int64_t, 4> nodes;
     for (std::int64_t& node : nodes) node = in.integer("node tag", 1, kMost);
-    if (in.ok()) out.add_tet(nodes);
+    if (in.ok()) out.add_tet(nodes, part);
   } else if (type == kTet10) {
     in.fault("is a tet of ten nodes, must have four (write the mesh at order 1)");
   } else {
@@ -45,15 +51,19 @@ void read_nodes_2(TokenReader& in, TetBuilder& out) {
   }
 }
 
-// <count>, then <tag> <type> <number of tags> <tag> ... <node> ...
+// <count>, then <tag> <type> <number of tags> <tag> ... <node> ...; the first tag is the physical group
 void read_elements_2(TokenReader& in, TetBuilder& out) {
   const std::int64_t count = in.integer("number of elements", 1, kMaxElements);
   for (std::int64_t e = 0; e < count && in.ok(); ++e) {
     in.integer("element tag", 1, kMost);
     const std::int64_t type = in.integer("element type", 1, 1000);
     const std::int64_t tags = in.integer("number of tags", 0, 1000);
-    for (std::int64_t k = 0; k < tags && in.ok(); ++k) in.integer("tag", -kMost, kMost);
-    read_element_nodes(in, out, type);
+    int physical = 0;
+    for (std::int64_t k = 0; k < tags && in.ok(); ++k) {
+      const std::int64_t tag = in.integer("tag", -kMost, kMost);
+      if (k == 0) physical = group(tag);
+    }
+    read_element_nodes(in, out, type, physical);
   }
 }
 
@@ -78,20 +88,38 @@ void read_nodes_4(TokenReader& in, TetBuilder& out) {
   }
 }
 
+using PhysicalGroups = std::unordered_map<std::int64_t, int>;  // of volumes
+
+// <points> <curves> <surfaces> <volumes>, then a line each: <tag> <x y z, or the corners of its box> <number of physical
+// groups> <group> ...
+void read_entities(TokenReader& in, PhysicalGroups& groups) {
+  std::int64_t counts[4];
+  for (std::int64_t& count : counts) count = in.integer("number of entities", 0, kMaxElements);
+  for (int dimension = 0; dimension < 4; ++dimension)
+    for (std::int64_t e = 0; e < counts[dimension] && in.ok(); ++e) {
+      const std::int64_t tag = in.integer("entity tag", -kMost, kMost);
+      for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) in.number("coordinate of an entity");
+      if (in.integer("number of physical groups", 0, kMaxElements) > 0 && dimension == 3)
+        groups[tag] = group(in.integer("physical group", -kMost, kMost));
+      in.next_line();
+    }
+}
+
 // <blocks> <elements> <least tag> <largest tag>, then blocks: <dimension> <entity> <type> <elements>, and a line an
 // element: <tag> <node> ...
-void read_elements_4(TokenReader& in, TetBuilder& out) {
+void read_elements_4(TokenReader& in, const PhysicalGroups& groups, TetBuilder& out) {
   const std::int64_t blocks = in.integer("number of element blocks", 0, kMaxElements);
   in.integer("number of elements", 1, kMaxElements);
   in.next_line();
   for (std::int64_t b = 0; b < blocks && in.ok(); ++b) {
-    in.integer("entity dimension", 0, 3);
-    in.integer("entity tag", -kMost, kMost);
+    const std::int64_t dimension = in.integer("entity dimension", 0, 3);
+    const auto of_entity = groups.find(in.integer("entity tag", -kMost, kMost));
+    const int physical = dimension == 3 && of_entity != groups.end() ? of_entity->second : 0;
     const std::int64_t type = in.integer("element type", 1, 1000);
     const std::int64_t count = in.integer("elements of a block", 0, kMaxElements);
     for (std::int64_t e = 0; e < count && in.ok(); ++e) {
       in.integer("element tag", 1, kMost);
-      read_element_nodes(in, out, type);
+      read_element_nodes(in, out, type, physical);
     }
   }
 }
@@ -121,6 +149,7 @@ Result<ImportedTets> read_gmsh(std::string_view content, const std::string& name
   const auto version = read_version(in);
   if (!version) return std::unexpected(version.error());
   TetBuilder out;
+  PhysicalGroups groups;
   while (in.ok()) {
     const std::string_view section = in.word_or_end();
     if (section.empty()) break;
@@ -130,7 +159,9 @@ Result<ImportedTets> read_gmsh(std::string_view content, const std::string& name
     if (section == "$Nodes")
       *version == 2 ? read_nodes_2(in, out) : read_nodes_4(in, out);
     else if (section == "$Elements")
-      *version == 2 ? read_elements_2(in, out) : read_elements_4(in, out);
+      *version == 2 ? read_elements_2(in, out) : read_elements_4(in, groups, out);
+    else if (section == "$Entities" && *version == 4)
+      read_entities(in, groups);
     else
       skip_section(in, section);
   }

@@ -2,6 +2,7 @@
 
 #include "common/text.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace crumple::io {
@@ -52,6 +53,7 @@ Result<ImportedTets> TetBuilder::build(const std::string& name) const {
     }
   }
   drop_unused_nodes(out);
+  if (std::ranges::any_of(parts_, [](int part) { return part != 0; })) out.mesh.tags = parts_;
   if (auto valid = sim::validate(out.mesh, name); !valid) return std::unexpected(valid.error());
   return out;
 }

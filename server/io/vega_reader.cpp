@@ -3,7 +3,10 @@
 
 #include "common/text.h"
 
+#include <charconv>
+#include <map>
 #include <optional>
+#include <utility>
 
 namespace crumple::io {
 namespace {
@@ -25,6 +28,45 @@ std::int64_t read_vertices(TokenReader& in, TetBuilder& out) {
     out.add_node(id, {x, y, z});
   }
   return first;
+}
+
+using Sets = std::map<std::string, std::vector<std::int64_t>, std::less<>>;
+
+// <name>, then ids up to the next section, whose name is returned.
+std::string_view read_set(TokenReader& in, Sets& sets) {
+  std::vector<std::int64_t>& set = sets[std::string(in.word())];
+  for (;;) {
+    const std::string_view word = in.word_or_end();
+    if (word.empty() || word.starts_with('*')) return word;
+    std::int64_t id = 0;
+    const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), id);
+    if (problem != std::errc{} || end != word.data() + word.size()) {
+      in.fault(text("'", word.substr(0, 40), "' stands in a set, must be an id"));
+      return {};
+    }
+    set.push_back(id);
+  }
+}
+
+// regions: names of sets. allElements is the set of all.
+Result<void> number_regions(const std::vector<std::string>& regions, const Sets& sets, std::int64_t first,
+                            const std::string& name, TetBuilder& out) {
+  const auto count = static_cast<std::int64_t>(out.tet_count());
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    const int part = static_cast<int>(r) + 1;
+    const auto set = sets.find(regions[r]);
+    if (set == sets.end() && regions[r] != "allElements") continue;
+    if (set == sets.end())
+      for (std::int64_t t = 0; t < count; ++t) out.set_part(static_cast<std::size_t>(t), part);
+    else
+      for (const std::int64_t id : set->second) {
+        if (id < first || id >= first + count)
+          return invalid(text(name, ", set ", regions[r].substr(0, 40)),
+                         text("names element ", id, ", must be in [", first, ", ", first + count - 1, "]"));
+        out.set_part(static_cast<std::size_t>(id - first), part);
+      }
+  }
+  return {};
 }
 
 // TETS, <count> 4 0, then <id> <node> <node> <node> <node>
@@ -51,8 +93,11 @@ Result<ImportedTets> read_vega(std::string_view content, const std::string& name
   TokenReader in(name, content, '#');
   TetBuilder out;
   std::optional<std::int64_t> first;
+  Sets sets;
+  std::vector<std::string> regions;
+  std::string_view next;  // the name of a section that has been read already
   while (in.ok()) {
-    const std::string_view word = in.word_or_end();
+    const std::string_view word = next.empty() ? in.word_or_end() : std::exchange(next, {});
     if (word.empty()) break;
     if (word == "*VERTICES") {
       if (first) return in.fault("has a second *VERTICES section");
@@ -63,12 +108,19 @@ Result<ImportedTets> read_vega(std::string_view content, const std::string& name
       read_elements(in, *first, out);
     } else if (word == "*INCLUDE") {
       return in.fault("includes another file, which is not supported");
+    } else if (word == "*SET") {
+      next = read_set(in, sets);
+    } else if (word == "*REGION") {
+      regions.emplace_back(in.word());
+      in.next_line();
     } else {
-      in.next_line();  // *MATERIAL, *REGION, *SET and their lines
+      in.next_line();  // *MATERIAL and its lines
     }
   }
   if (!in.ok()) return std::unexpected(in.error());
   if (!first) return invalid(name, "has no *VERTICES section");
+  if (auto numbered = number_regions(regions, sets, *first, name, out); !numbered)
+    return std::unexpected(numbered.error());
   return out.build(name);
 }
 

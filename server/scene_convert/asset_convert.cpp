@@ -94,7 +94,8 @@ Result<sim::TetMesh> to_tet_mesh(const v1::TetMesh& message, const std::string& 
                                         std::to_string(sim::kMaxTets));
   return checked(
       sim::TetMesh{
-          to_points(message.positions()), to_ids<4>(message.tets()), {message.fill().begin(), message.fill().end()}},
+          to_points(message.positions()), to_ids<4>(message.tets()), {message.fill().begin(), message.fill().end()},
+          {message.tags().begin(), message.tags().end()}},
       field);
 }
 
@@ -133,6 +134,7 @@ v1::TetMesh to_message(const sim::TetMesh& mesh) {
   add_points(message.mutable_positions(), mesh.X);
   add_ids<4>(message.mutable_tets(), mesh.tets);
   message.mutable_fill()->Add(mesh.fill.begin(), mesh.fill.end());
+  message.mutable_tags()->Add(mesh.tags.begin(), mesh.tags.end());
   return message;
 }
 

@@ -148,12 +148,51 @@ TEST(TetImport, ReadsVega) {
   EXPECT_NEAR(volume(tets->mesh), 2 / 6.0, 1e-15);
 }
 
-// ---- bad input
+// ---- parts
 // ----------------------------------------------------------------------------------------------------------
 std::string replaced(std::string in, const std::string& what, const std::string& with) {
   return in.replace(in.find(what), what.size(), with);
 }
 
+std::vector<int> tags(const Result<ImportedTets>& r) { return r ? r->mesh.tags : std::vector<int>{-999}; }
+
+TEST(TetImport, TetGenAttributesAreTags) {
+  using testing::ElementsAre;
+  using testing::IsEmpty;
+  const auto read = [](const std::string& ele) { return tags(read_tetgen(kNodes0, ele, "a.node", "a.ele")); };
+  EXPECT_THAT(read(kTets0), IsEmpty());
+  EXPECT_THAT(read("2 4 1\n0 0 1 2 3 7\n1 0 1 2 4 -3  # c\n"), ElementsAre(7, -3));
+  EXPECT_THAT(read("2 4 2\n0 0 1 2 3 2.0 9\n1 0 1 2 4 +1e1 9\n"), ElementsAre(2, 10));
+  EXPECT_THAT(read("2 4 1\n0 0 1 2 3 7\n1 0 1 2 4 0.5\n"), IsEmpty());  // no numbers of parts
+  EXPECT_THAT(read("2 4 1\n0 0 1 2 3 7\n1 0 1 2 4\n"), IsEmpty());
+  EXPECT_THAT(read("2 4 1\n0 0 1 2 3 0\n1 0 1 2 4 0\n"), IsEmpty());
+  // Ten-node tets: the attribute stands behind the ten.
+  EXPECT_THAT(read("2 10 1\n0 0 1 2 3 4 4 4 4 4 4 5\n1 0 1 2 4 3 3 3 3 3 3 6\n"), ElementsAre(5, 6));
+}
+
+TEST(TetImport, GmshPhysicalGroupsAreTags) {
+  using testing::ElementsAre;
+  using testing::IsEmpty;
+  EXPECT_THAT(tags(read_gmsh(kMsh2, "a.msh")), ElementsAre(1, 1));
+  EXPECT_THAT(tags(read_gmsh(replaced(kMsh2, "4 4 3 1 1 0", "4 4 3 8 1 0"), "a.msh")), ElementsAre(1, 8));
+  EXPECT_THAT(tags(read_gmsh(kMsh41, "b.msh")), IsEmpty());  // its volume is in no group
+  const std::string grouped = replaced(kMsh41, "1 0 0 -1 1 1 1 0 0", "1 0 0 -1 1 1 1 2 6 4 0");
+  EXPECT_THAT(tags(read_gmsh(grouped, "b.msh")), ElementsAre(6, 6));
+}
+
+TEST(TetImport, VegaRegionsAreTags) {
+  using testing::ElementsAre;
+  using testing::IsEmpty;
+  EXPECT_THAT(tags(read_vega(kVega, "a.veg")), IsEmpty());  // a region of a set that is not there
+  const std::string two = replaced(kVega, "all, m", "allElements, m\n*SET frame\n2,\n*REGION\nframe, steel");
+  EXPECT_THAT(tags(read_vega(two, "a.veg")), ElementsAre(1, 2));
+  EXPECT_THAT(text(read_vega(replaced(two, "frame\n2", "frame\n3"), "a.veg")),
+              HasSubstr("a.veg, set frame names element 3, must be in [1, 2]"));
+  EXPECT_THAT(text(read_vega(replaced(two, "frame\n2", "frame\nx"), "a.veg")), HasSubstr("'x' stands in a set"));
+}
+
+// ---- bad input
+// ----------------------------------------------------------------------------------------------------------
 TEST(TetImport, ErrorsNameFileLineAndValue) {
   EXPECT_EQ(text(read_tetgen(replaced(kNodes0, "1 1 0 0", "1 1 x 0"), kTets0, "a.node", "a.ele")),
             "a.node:3 y is 'x', must be a finite number");
@@ -204,7 +243,9 @@ TEST(TetImport, SurvivesTruncationAndNoise) {
     check(read_tetgen(kNodes0, s, "a.node", "a.ele"));
   };
   std::mt19937 random(11);
-  for (const std::string& whole : {kMsh2, kMsh41, kVega, kNodes0, kTets0}) {
+  const std::string parts = replaced(kVega, "all, m", "allElements, m\n*SET frame\n2,\n*REGION\nframe, steel");
+  const std::string attributes = "2 4 1\n0 0 1 2 3 7\n1 0 1 2 4 -3\n";
+  for (const std::string& whole : {kMsh2, kMsh41, kVega, parts, kNodes0, kTets0, attributes}) {
     for (size_t n = 0; n < whole.size(); ++n) read_all(whole.substr(0, n));
     for (int k = 0; k < 2000; ++k) {
       std::string changed = whole;

@@ -68,6 +68,8 @@ Result<void> validate(const TetMesh& mesh, const std::string& field) {
     if (auto ok = validate_tet(mesh, t, field); !ok) return ok;
   if (fills != 0 && fills != tets)
     return invalid(field + ".fill", text("holds ", fills, " values, must hold none or one a tet (", tets, ")"));
+  if (!mesh.tags.empty() && mesh.tags.size() != tets)
+    return invalid(field + ".tags", text("holds ", mesh.tags.size(), " values, must hold none or one a tet (", tets, ")"));
   for (std::size_t t = 0; t < fills; ++t)
     if (!(mesh.fill[t] > 0 && mesh.fill[t] <= 1))
       return invalid(text(field, ".fill[", t, "]"), text("is ", mesh.fill[t], ", must be in (0, 1]"));

@@ -12,6 +12,7 @@ struct TetMesh {
   std::vector<Vec3> X;        // rest positions, one a node [m]
   std::vector<Tet> tets;      // positive volume
   std::vector<double> fill;   // fraction of each tet that is material, (0, 1]; empty = 1 everywhere
+  std::vector<int> tags = {};  // one a tet, as its author numbered its parts; empty = none
 
   int node_count() const { return static_cast<int>(X.size()); }
   int tet_count() const { return static_cast<int>(tets.size()); }
@@ -32,7 +33,7 @@ std::vector<SurfaceFace> surface_faces(const std::vector<Tet>& tets);
 inline constexpr int kMaxTets = 2'000'000;
 
 // Rejects: no tet, too many tets, non-finite positions, ids out of range, repeated ids in a tet,
-// volume <= 1e-12 of the cubed longest edge, fill outside (0, 1], a fill array of another size.
+// volume <= 1e-12 of the cubed longest edge, fill outside (0, 1], a fill or tags array of another size.
 // `field` prefixes the error's path.
 Result<void> validate(const TetMesh& mesh, const std::string& field);
 
