@@ -1,6 +1,7 @@
 #include "server/scene_convert/fem_convert.h"
 
 #include "server/scene_convert/motion_convert.h"
+#include "server/scene_convert/region_convert.h"
 #include "server/scene_convert/surface_convert.h"
 #include "server/scene_convert/tet_convert.h"
 
@@ -62,6 +63,7 @@ sim::FemModel to_fem(const v1::FemBody& message, const std::string& field, Conve
   model.material = to_material(message.material(), field + ".material", c);
   if (message.has_clamp_limit()) model.clamp_limit = message.clamp_limit();
   model.mesh = to_shared_tets(message.mesh(), field + ".mesh", c);
+  if (c.breach.ok()) model.regions = to_regions(message.regions(), model.material, *model.mesh, field + ".regions", c);
   for (int i = 0; c.breach.ok() && i < message.motions_size(); ++i) {
     const v1::NodeMotion& motion = message.motions(i);
     const std::string path = entry(field + ".motions", i);

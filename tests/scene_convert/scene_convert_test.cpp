@@ -81,6 +81,7 @@ TEST(SceneConvert, MissingFieldsOfAMaterialTakeItsDefaults) {
   EXPECT_EQ(got.damping_mass, expected.damping_mass);
   EXPECT_EQ(got.damping_stiffness, expected.damping_stiffness);
   EXPECT_EQ(got.rotation, expected.rotation);
+  EXPECT_EQ(got.flow, expected.flow);
   EXPECT_EQ(got.yield, expected.yield);
   EXPECT_EQ(got.creep, expected.creep);
   EXPECT_EQ(got.max_plastic, expected.max_plastic);
@@ -94,6 +95,7 @@ TEST(SceneConvert, MissingFieldsOfAMaterialTakeItsDefaults) {
   EXPECT_EQ(got.cg_tolerance, expected.cg_tolerance);
   EXPECT_EQ(got.cg_max_iterations, expected.cg_max_iterations);
   EXPECT_EQ(model.clamp_limit, sim::FemModel().clamp_limit);
+  EXPECT_TRUE(model.regions.empty());
 }
 
 TEST(SceneConvert, MissingFieldsOfAnExampleBodyTakeItsDefaults) {
@@ -128,7 +130,7 @@ TEST(SceneConvert, EveryFieldArrives) {
       "    shapes { convex_hull { points {} points { x: 1 } points { y: 1 } points { z: 1 } } }"
       "    motion { time: 1 pose { position { x: 6 } } } motion { time: 2 } } } " +
       fem_body("clamp_limit: 50 material { young: 2e7 poisson_ratio: 0.25 density: 2500 damping_mass: 1"
-               " damping_stiffness: 2 rotation: POLAR_QR yield: 0.5 creep: 0.75 max_plastic: 3 raw_creep: true"
+               " damping_stiffness: 2 rotation: POLAR_QR flow: DEVIATORIC yield: 0.5 creep: 0.75 max_plastic: 3 raw_creep: true"
                " breakable: true toughness: 1e5 raw_toughness: true fracture_interval: 4 max_splits_per_step: 5"
                " friction: 0.6 cg_tolerance: 1e-7 cg_max_iterations: 80 }"
                " motions { nodes { ids { ids: [3, 0] } } keys { time: 1 pose { position { z: 2 } } } }") +
@@ -177,6 +179,7 @@ TEST(SceneConvert, EveryFieldArrives) {
             (std::vector{2e7, 0.25, 2500., 1., 2., 0.5, 0.75, 3., 1e5, 0.6, 1e-7, 50.}));
   EXPECT_EQ((std::vector{m.fracture_interval, m.max_splits_per_step, m.cg_max_iterations}), (std::vector{4, 5, 80}));
   EXPECT_EQ(m.rotation, sim::fem::RotationRule::polar_qr);
+  EXPECT_EQ(m.flow, sim::fem::FlowRule::deviatoric);
   EXPECT_TRUE(m.raw_creep && m.breakable && m.raw_toughness);
   EXPECT_EQ(fem.motions.at(0).nodes, (std::vector{0, 3}));
   EXPECT_EQ(fem.motions[0].keys.at(0).pose.p_WB, Vec3(0, 0, 2));
@@ -243,6 +246,63 @@ TEST(SceneConvert, FacesBoxesAndIdsSelectNodes) {
   for (const int node : fem.motions[1].nodes) EXPECT_EQ(fem.mesh->X[node].x(), 0.5);
   ASSERT_EQ(fem.motions.at(2).nodes.size(), 3u);
   for (const int node : fem.motions[2].nodes) EXPECT_EQ(fem.mesh->X[node].y(), -0.5);
+}
+
+// ---- regions -------------------------------------------------------------------------------------------------------
+Vec3 centroid(const sim::TetMesh& mesh, int t) {
+  Vec3 sum = Vec3::Zero();
+  for (const int n : mesh.tets[static_cast<std::size_t>(t)]) sum += mesh.X[static_cast<std::size_t>(n)] / 4;
+  return sum;
+}
+
+TEST(SceneConvert, BoxesSpheresPlanesAndIdsSelectTets) {
+  const auto scene = convert(
+      "bodies { name: 'b' fem { mesh { box { size { x: 2 y: 1 z: 1 } cells { x: 8 y: 4 z: 4 } } }"
+      "  regions { tets { box { min { x: 0 y: -1 z: -1 } max { x: 0.5 y: 1 z: 1 } } } material { young: 1 } }"
+      "  regions { tets { sphere { centre { x: -1 } radius: 0.4 } } material { young: 2 } }"
+      "  regions { tets { plane { normal { x: -1 } offset: -0.75 } } material { young: 3 } }"
+      "  regions { tets { plane { offset: -0.25 } } tets { ids { ids: [767, 700] } } material { young: 4 } } } }");
+  const auto& fem = std::get<sim::FemModel>(scene.bodies.at(0).model);
+  ASSERT_EQ(fem.regions.size(), 4u);
+  ASSERT_EQ(fem.mesh->tet_count(), 768);
+  std::vector<double> young(768, 0);
+  for (const sim::fem::MaterialRegion& region : fem.regions)
+    for (const int t : region.tets) {
+      EXPECT_EQ(young[static_cast<std::size_t>(t)], 0);
+      young[static_cast<std::size_t>(t)] = region.material.young;
+    }
+  for (int t = 0; t < 768; ++t) {
+    const Vec3 p = centroid(*fem.mesh, t);
+    double expected = 0;  // later regions win
+    if (p.x() >= 0 && p.x() <= 0.5) expected = 1;
+    if ((p - Vec3(-1, 0, 0)).norm() <= 0.4) expected = 2;
+    if (p.x() > 0.75) expected = 3;
+    if (p.y() < -0.25 || t == 767 || t == 700) expected = 4;
+    EXPECT_EQ(young[static_cast<std::size_t>(t)], expected) << t;
+  }
+  for (const sim::fem::MaterialRegion& region : fem.regions) EXPECT_GT(region.tets.size(), 5u);
+}
+
+TEST(SceneConvert, TagsOfAMeshSelectTets) {
+  const auto scene = convert(
+      "bodies { name: 'b' fem { mesh { inline_mesh { positions: [0,0,0, 1,0,0, 0,1,0, 0,0,1, 1,1,1]"
+      "  tets: [0,1,2,3, 1,4,2,3] tags: [7, -2] } }"
+      "  material { friction: 0.7 cg_tolerance: 1e-5 cg_max_iterations: 90 fracture_interval: 3 max_splits_per_step: 4"
+      "    raw_toughness: true breakable: true density: 2000 }"
+      "  regions { tets { tag: -2 } material { density: 5 yield: 0.1 } } } }");
+  const auto& fem = std::get<sim::FemModel>(scene.bodies.at(0).model);
+  EXPECT_EQ(fem.mesh->tags, (std::vector{7, -2}));
+  ASSERT_EQ(fem.regions.size(), 1u);
+  EXPECT_EQ(fem.regions[0].tets, (std::vector{1}));
+  // Its own fields or the defaults, and what goes for the whole body from there.
+  const sim::fem::FemMaterial& m = fem.regions[0].material;
+  EXPECT_EQ(m.density, 5);
+  EXPECT_EQ(m.yield, 0.1);
+  EXPECT_EQ(m.young, sim::fem::FemMaterial().young);
+  EXPECT_FALSE(m.breakable);
+  EXPECT_EQ((std::vector{m.friction, m.cg_tolerance}), (std::vector{0.7, 1e-5}));
+  EXPECT_EQ((std::vector{m.cg_max_iterations, m.fracture_interval, m.max_splits_per_step}), (std::vector{90, 3, 4}));
+  EXPECT_TRUE(m.raw_toughness);
 }
 
 TEST(SceneConvert, TriangleBodiesGetTetsThatEncloseThem) {
