@@ -19,6 +19,27 @@ TEST(ShippedScenes, ThePaneShattersAndTakesTheBallsEnergy) {
   EXPECT_LT(run.world().energies().kinetic, energy / 2);
 }
 
+TEST(ShippedScenes, TheWindowsGlassShattersAndItsFrameIsBent) {
+  SceneRun run = run_shipped("window");
+  ASSERT_TRUE(run.started());
+  const std::size_t tets = run.world().fem(1).tets.size();
+  run.step(240, kGround);
+  EXPECT_GT(run.fragments("window"), 10);
+  EXPECT_EQ(run.frozen_bodies(), 0);
+  const sim::FemView view = run.world().fem(1);
+  double bent = 0, flowed = 0;
+  for (std::size_t t = 0; t < tets; ++t) {
+    if (view.material_id[t] != 0) {
+      EXPECT_TRUE(view.plastic_strain[t].isZero(0));
+      continue;
+    }
+    flowed = std::max(flowed, view.plastic_strain[t].norm());
+    for (const int n : view.tets[t]) bent = std::min(bent, view.x[n].z() + 0.04);
+  }
+  EXPECT_GT(flowed, 0.05);
+  EXPECT_LT(bent, -0.1);  // [m], the post, two seconds after the blow
+}
+
 TEST(ShippedScenes, TheBarrelsAreDentedByTheDock) {
   SceneRun run = run_shipped("barrels");
   ASSERT_TRUE(run.started());
