@@ -36,12 +36,11 @@ Mat34 nodal_forces(const RestTet& rest, const Mat3& Q, const Mat3& sigma) {
 }
 
 Mat3 moment_balance(const Mat3& S, const Mat3& sigma) {
-  constexpr double kFades = 0.5;  // below this determinant; 8 at rest, 0 where two signed stretches cancel
-  const Mat3 C = S * sigma;       // minus its transpose sigma S
+  const Mat3 C = S * sigma;  // minus its transpose sigma S
   const Vec3 axial(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
   const Mat3 G = S.trace() * Mat3::Identity() - S;
   const Vec3 g0 = G.col(0), g1 = G.col(1), g2 = G.col(2), g12 = g1.cross(g2);
-  const double det = std::max(0.0, g0.dot(g12)), floored = std::max(det, kFades);
+  const double det = std::max(0.0, g0.dot(g12)), floored = std::max(det, kBalanceFades);
   const Vec3 adjugate_times_axial(g12.dot(axial), g2.cross(g0).dot(axial), g0.cross(g1).dot(axial));
   return cross_matrix(det / (floored * floored) * adjugate_times_axial);
 }

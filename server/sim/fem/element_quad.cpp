@@ -1,5 +1,6 @@
 #include "server/sim/fem/element_quad.h"
 
+#include "server/sim/fem/plasticity.h"
 #include "server/sim/fem/quad.h"
 #include "server/sim/fem/rotation.h"
 
@@ -103,6 +104,29 @@ bool polar_rotations(const QuadMatrix& F, QuadMatrix& Q) {
   return false;
 }
 
+// As moment_balance, added to the stress of the lanes that are asked for it. S: symmetric.
+void add_moment_balance(const QuadMatrix& S, const QuadMatrix& sigma, Mask lanes, QuadMatrix& stress) {
+  const QuadMatrix C = product(S, sigma);
+  const Quad axial[3] = {C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1)};
+  const Quad trace = S(0, 0) + S(1, 1) + S(2, 2);
+  QuadMatrix G;
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 3; ++i) G(i, j) = (i == j ? trace : Quad{}) - S(i, j);
+  const QuadMatrix adjugate = cofactors(G);
+  Quad det = first_column_dot(adjugate, G);
+  det = det > Quad{} ? det : Quad{};
+  const Quad floored = det > quad(kBalanceFades) ? det : quad(kBalanceFades);
+  const Quad factor = lanes ? det / (floored * floored) : Quad{};
+  Quad a[3];
+  for (int j = 0; j < 3; ++j)
+    a[j] = factor * (adjugate(0, j) * axial[0] + adjugate(1, j) * axial[1] + adjugate(2, j) * axial[2]);
+  for (int j = 0; j < 3; ++j) {
+    const int p = (j + 1) % 3, q = (j + 2) % 3;
+    stress(q, p) += a[j];
+    stress(p, q) -= a[j];
+  }
+}
+
 }  // namespace
 
 bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int t, std::span<const Vec3> x,
@@ -133,11 +157,22 @@ bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < 3; ++i) sigma(i, j) = 2 * mu * sigma(i, j) + (i == j ? pressure : Quad{});
 
+  QuadMatrix stress = sigma;
+  Mask flowed{};
+  for (int lane = 0; lane < 4; ++lane)
+    flowed[lane] = balances_moment(rest.material_of(t + lane), plastic_strain[t + lane]) ? -1 : 0;
+  if (any(flowed)) {
+    QuadMatrix S_symmetric;
+    for (int j = 0; j < 3; ++j)
+      for (int i = 0; i < 3; ++i) S_symmetric(i, j) = 0.5 * (S(i, j) + S(j, i));
+    add_moment_balance(S_symmetric, sigma, flowed, stress);
+  }
+
   // f_i = fill Q sigma n_i / 3 = sqrt(fill V) Q sigma c_i
   QuadMatrix c;
   for (int lane = 0; lane < 4; ++lane)
     for (int k = 0; k < 9; ++k) c.m[k][lane] = rest.core[t + lane].data()[3 + k];
-  QuadMatrix P = product(Q, sigma);
+  QuadMatrix P = product(Q, stress);
   for (Quad& p : P.m) p *= square_root(scale);
   const QuadMatrix core = product(Q, c), force = product(P, c);
   for (int lane = 0; lane < 4; ++lane) {

@@ -18,12 +18,8 @@ namespace {
 
 constexpr int kTetsPerChunk = 256;
 
-// Whether the moment of a tet's forces is balanced: the paper's rule does not. A clamped tet has one without plastic
-// strain as well.
-bool balances_moment(const RestBody& rest, int t, const FemMaterial& material, const Mat3& plastic_strain) {
-  return material.flow == FlowRule::deviatoric && !plastic_strain.isZero(0) &&
-         (rest.beta_clamped.empty() || rest.beta_clamped[t] == rest.beta[t]);
-}
+// Forces of a clamped tet have a moment without plastic strain as well.
+bool clamped(const RestBody& rest, int t) { return !rest.beta_clamped.empty() && rest.beta_clamped[t] != rest.beta[t]; }
 
 void update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& plastic_strain, Elements& e) {
   const FemMaterial& material = rest.material_of(t);
@@ -31,7 +27,7 @@ void update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& pla
   const Mat3 Q = rotation(F, material.rotation);
   const Mat3 sigma = isotropic_stress(rest.lame_of(t), element_strain(rest, t, x, Q) - plastic_strain);
   Mat3 stress = sigma;
-  if (balances_moment(rest, t, material, plastic_strain))
+  if (balances_moment(material, plastic_strain) && !clamped(rest, t))
     stress += moment_balance(symmetric_part(Q.transpose() * F), sigma);
   // f_i = fill Q sigma n_i / 3 = sqrt(fill V) Q sigma c_i
   const Mat3 P = std::sqrt(rest.fill[t] * rest.volume[t]) * (Q * stress);

@@ -20,6 +20,11 @@ double creep_per_step(const FemMaterial& material, double dt, double creep_dt);
 bool flow(FlowRule rule, const Mat3& total_strain, double yield, double creep, double max_plastic,
           Mat3& plastic_strain);
 
+// Whether forces of a tet of this plastic strain have their moment balanced (corotational.h): the paper's do not.
+inline bool balances_moment(const FemMaterial& material, const Mat3& plastic_strain) {
+  return material.flow == FlowRule::deviatoric && !plastic_strain.isZero(0);
+}
+
 // The uniaxial stress at which it begins to flow [Pa]: E y / sqrt(1 + 2 nu^2), or sqrt(6) mu y of the deviatoric rule.
 double yield_stress(const FemMaterial& material);
 
