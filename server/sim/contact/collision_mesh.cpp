@@ -1,5 +1,7 @@
 #include "server/sim/contact/collision_mesh.h"
 
+#include "server/sim/mesh/disjoint_sets.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -28,11 +30,6 @@ std::vector<Face> sorted_faces(const std::vector<Tet>& tets) {
   return faces;
 }
 
-int root(std::vector<int>& parent, int i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
 double rest_volume(const Tet& tet, const std::vector<Vec3>& X) {
   const Vec3 o = X[tet[0]];
   return std::abs((X[tet[1]] - o).cross(X[tet[2]] - o).dot(X[tet[3]] - o)) / 6;
@@ -54,17 +51,14 @@ CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vecto
     std::size_t end = f + 1;
     while (end < faces.size() && faces[end].nodes == faces[f].nodes) ++end;
     if (end == f + 1) exterior[faces[f].tet] |= static_cast<std::uint8_t>(1 << faces[f].opposite);
-    for (std::size_t g = f + 1; g < end; ++g) {
-      const int a = root(parent, faces[f].tet), b = root(parent, faces[g].tet);
-      parent[std::max(a, b)] = std::min(a, b);  // a component's root is its lowest tet
-    }
+    for (std::size_t g = f + 1; g < end; ++g) unite(parent, faces[f].tet, faces[g].tet);
     f = end;
   }
 
   std::vector<int> component(n), order(n);
   int components = 0;
   for (int t = 0; t < n; ++t) {
-    const int r = root(parent, t);
+    const int r = find_root(parent, t);  // the component's lowest tet
     component[t] = r == t ? components++ : component[r];
   }
   std::iota(order.begin(), order.end(), 0);

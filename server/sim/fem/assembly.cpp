@@ -49,8 +49,7 @@ Mat3 edge_stiffness(const StepSystem& s, const Lame& lame, int edge) {
     const double* b = c + 3 * (corner & 3);
     for (int j = 0; j < 3; ++j) sum[j] += a * b[j];
   }
-  Mat3 G;
-  for (int j = 0; j < 3; ++j) G.col(j) = Vec3(sum[j][0], sum[j][1], sum[j][2]);
+  const Mat3 G = to_matrix(sum);
   return lame.lambda * G + lame.mu * (G.trace() * Mat3::Identity() + G.transpose());
 }
 
@@ -68,11 +67,7 @@ Mat3 weighted_edge_stiffness(const StepSystem& s, const std::vector<std::uint16_
       of_mu[j] += a * (weight.mu * b[j]);
     }
   }
-  Mat3 G_lambda, G_mu;
-  for (int j = 0; j < 3; ++j) {
-    G_lambda.col(j) = Vec3(of_lambda[j][0], of_lambda[j][1], of_lambda[j][2]);
-    G_mu.col(j) = Vec3(of_mu[j][0], of_mu[j][1], of_mu[j][2]);
-  }
+  const Mat3 G_lambda = to_matrix(of_lambda), G_mu = to_matrix(of_mu);
   return G_lambda + G_mu.trace() * Mat3::Identity() + G_mu.transpose();
 }
 

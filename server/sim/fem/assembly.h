@@ -17,7 +17,8 @@ struct PrescribedNode {
 
 // The linear system A v+ = b of one body and one step: linearised backward Euler (Parker & O'Brien 2009, eq. 5) with
 //   A = M + dt C + dt^2 K = (1 + dt a) M + (dt beta + dt^2) K,   b = dt (f_ext + f_elastic(x)) + M v,
-// C = a M + beta K, of each tet with the coefficients of its material. The elastic force at x, plastic strain included, stands for the paper's -K (x - u).
+// C = a M + beta K, of each tet with the coefficients of its material. The elastic force at x, plastic strain included,
+// stands for the paper's -K (x - u).
 // Prescribed nodes are struck (section 7): their columns times their velocities are on the right-hand side, and their
 // own rows read m v = m v_prescribed, coupled to nothing. Whoever adds terms to the system must add none to those rows.
 class StepSystem {

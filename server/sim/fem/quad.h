@@ -1,5 +1,7 @@
 #pragma once
 
+#include "common/types.h"
+
 #include <cmath>
 
 #ifdef __AVX2__
@@ -28,6 +30,13 @@ inline Quad load_three(const double* p) {
 #else
   return Quad{p[0], p[1], p[2], 0};
 #endif
+}
+
+// The first three numbers of each column.
+inline Mat3 to_matrix(const Quad (&columns)[3]) {
+  Mat3 m;
+  for (int j = 0; j < 3; ++j) m.col(j) = Vec3(columns[j][0], columns[j][1], columns[j][2]);
+  return m;
 }
 
 }  // namespace crumple::sim::fem

@@ -3,6 +3,7 @@
 #include "server/sim/islands/composite_multigrid.h"
 #include "server/sim/linear_solver/block_jacobi.h"
 #include "server/sim/linear_solver/cholesky.h"
+#include "server/sim/mesh/disjoint_sets.h"
 
 #include <algorithm>
 #include <cassert>
@@ -22,11 +23,6 @@ using linear_solver::SolverKind;
 
 constexpr int kMultigridBlocks = 60;        // blocks of unknowns to a piece, and
 constexpr double kMultigridStiffness = 20;  // diagonal of A to mass, from which on a cycle pays for its set-up
-
-int root(std::vector<int>& parent, int i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
 
 bool has_unknowns(const ContactSide& side) { return side.node_count > 0 || side.rigid; }
 
@@ -114,34 +110,25 @@ class System {
   }
 
   void append_to(std::vector<Eigen::Triplet<double>>& entries) const {
-    const auto add = [&](int row, int col, const Mat3& B) {
-      for (int j = 0; j < 3; ++j)
-        for (int i = 0; i < 3; ++i) entries.emplace_back(3 * row + i, 3 * col + j, B(i, j));
+    const auto add = [&](int first_block, const Eigen::SparseMatrix<double>& A) {
+      for (int column = 0; column < A.outerSize(); ++column)
+        for (Eigen::SparseMatrix<double>::InnerIterator entry(A, column); entry; ++entry)
+          entries.emplace_back(3 * first_block + entry.row(), 3 * first_block + entry.col(), entry.value());
     };
-    for (const int body : island_.soft) {
-      const int first = first_block_[body];
-      std::visit(
-          [&](const auto& A) {
-            for (int row = 0; row < A.rows(); ++row) {
-              add(first + row, first + row, A.diagonal()[row]);
-              for (int k = A.row_start()[row]; k < A.row_start()[row + 1]; ++k)
-                add(first + row, first + A.columns()[k], A.block(k).template cast<double>());
-            }
-          },
-          bodies_[body].system->A);
-    }
+    for (const int body : island_.soft) add(first_block_[body], bodies_[body].system->to_sparse());
     for (const int body : island_.rigid) {
-      add(first_block_[body], first_block_[body], bodies_[body].rigid->mass * Mat3::Identity());
-      add(first_block_[body] + 1, first_block_[body] + 1, bodies_[body].rigid->inertia_W);
+      add(first_block_[body], (bodies_[body].rigid->mass * Mat3::Identity()).sparseView());
+      add(first_block_[body] + 1, bodies_[body].rigid->inertia_W.sparseView());
     }
   }
 
   // Multigrid where block-Jacobi needs many iterations: in large connected pieces whose stiffness outweighs their mass.
   bool use_multigrid(SolverKind wanted) const {
     if (wanted == SolverKind::jacobi || wanted == SolverKind::direct) return false;
+    if (std::ranges::any_of(island_.soft, [&](int body) { return bodies_[body].hierarchy == nullptr; })) return false;
+    if (wanted == SolverKind::multigrid) return true;
     double pieces = 0, diagonal = 0, mass = 0;
     for (const int body : island_.soft) {
-      if (bodies_[body].hierarchy == nullptr) return false;
       pieces += bodies_[body].pieces;
       const fem::StepSystem& s = *bodies_[body].system;
       for (int i = 0; i < s.node_count(); ++i) {
@@ -149,7 +136,6 @@ class System {
         mass += 3 * s.row_mass[i];
       }
     }
-    if (wanted == SolverKind::multigrid) return true;
     return blocks_ >= kMultigridBlocks * pieces && diagonal >= kMultigridStiffness * mass;
   }
 
@@ -267,16 +253,15 @@ std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodie
   std::iota(parent.begin(), parent.end(), 0);
   for (const ContactRow& row : rows) {
     if (!has_unknowns(row.sides[0]) || !has_unknowns(row.sides[1])) continue;
-    const int a = root(parent, row.sides[0].body), b = root(parent, row.sides[1].body);
-    parent[std::max(a, b)] = std::min(a, b);
+    unite(parent, row.sides[0].body, row.sides[1].body);
   }
 
   std::vector<CompositeIsland> islands;
   std::vector<int> island_of_root(count, -1);
-  const auto island_of = [&](int body) -> CompositeIsland& { return islands[island_of_root[root(parent, body)]]; };
+  const auto island_of = [&](int body) -> CompositeIsland& { return islands[island_of_root[find_root(parent, body)]]; };
   for (int body = 0; body < count; ++body) {
     if (bodies[body].system == nullptr) continue;
-    int& island = island_of_root[root(parent, body)];
+    int& island = island_of_root[find_root(parent, body)];
     if (island < 0) {
       island = static_cast<int>(islands.size());
       islands.emplace_back();
@@ -285,7 +270,7 @@ std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodie
   }
   // A row has at least one soft side, so a rigid body is in an island exactly if a row touches it.
   for (int body = 0; body < count; ++body)
-    if (bodies[body].rigid && island_of_root[root(parent, body)] >= 0) island_of(body).rigid.push_back(body);
+    if (bodies[body].rigid && island_of_root[find_root(parent, body)] >= 0) island_of(body).rigid.push_back(body);
   for (ContactRow& row : rows) {
     const int side = has_unknowns(row.sides[0]) ? 0 : 1;
     if (has_unknowns(row.sides[side])) island_of(row.sides[side].body).rows.push_back(row);

@@ -35,17 +35,18 @@ GalerkinProduct::GalerkinProduct(const LevelGraph& fine, const LevelTransfer& t,
   // Pattern: the neighbours of a coarse row, by the fine rows that it moves and theirs.
   std::vector<int> pattern_start{0}, pattern;
   std::vector<int> seen(coarse_count, -1);
-  const auto each_fine_pair = [&](int I, const auto& visit) {
+  // visit(j, block, w_i): for each fine i that I moves by w_i, and each block (i, j) of its row.
+  const auto each_fine_block = [&](int I, const auto& visit) {
     for (int c = t.column_start[I]; c < t.column_start[I + 1]; ++c) {
       const int i = t.fine[c];
-      visit(i, i, -1 - i, t.column_weight[c]);
-      for (int k = fine.row_start[i]; k < fine.row_start[i + 1]; ++k) visit(i, fine.columns[k], k, t.column_weight[c]);
+      visit(i, -1 - i, t.column_weight[c]);
+      for (int k = fine.row_start[i]; k < fine.row_start[i + 1]; ++k) visit(fine.columns[k], k, t.column_weight[c]);
     }
   };
   for (int I = 0; I < coarse_count; ++I) {
     const auto begin = static_cast<std::ptrdiff_t>(pattern.size());
     seen[I] = I;
-    each_fine_pair(I, [&](int, int j, int, float) {
+    each_fine_block(I, [&](int j, int, float) {
       for (int b = t.row_start[j]; b < t.row_start[j + 1]; ++b) {
         const int J = t.coarse[b];
         if (seen[J] == I) continue;
@@ -79,7 +80,7 @@ GalerkinProduct::GalerkinProduct(const LevelGraph& fine, const LevelTransfer& t,
 
     count.assign(uppers_.size() - first_upper + 2, 0);
     const auto each_term = [&](const auto& visit) {
-      each_fine_pair(I, [&](int, int j, int block, float w_i) {
+      each_fine_block(I, [&](int j, int block, float w_i) {
         for (int b = t.row_start[j]; b < t.row_start[j + 1]; ++b) {
           const int J = t.coarse[b];
           if (J < I) continue;
@@ -91,20 +92,18 @@ GalerkinProduct::GalerkinProduct(const LevelGraph& fine, const LevelTransfer& t,
     const auto base = static_cast<int>(terms_.size());
     for (std::size_t s = 1; s < count.size(); ++s) count[s] += count[s - 1];
     terms_.resize(base + count.back());
-    diagonal_start_.push_back(base);
-    diagonal_end_.push_back(base + count[1]);
-    for (std::size_t s = 1; s + 1 < count.size(); ++s) upper_start_.push_back(base + count[s]);
+    for (std::size_t s = 0; s + 1 < count.size(); ++s) term_start_.push_back(base + count[s]);
     each_term([&](int s, const Term& term) { terms_[base + count[s]++] = term; });
   }
-  upper_start_.push_back(static_cast<int>(terms_.size()));
+  term_start_.push_back(static_cast<int>(terms_.size()));
 }
 
 template <class Scalar>
 void GalerkinProduct::update(const BlockSparseMatrix<Scalar>& A, BlockSparseMatrix<float>& A_c, const ThreadPool& pool) const {
   const Scalar* values = A.values();
-  const auto sum = [&](int begin, int end) {
+  const auto sum = [&](int coarse_block) {
     LaneBlock block;
-    for (int k = begin; k < end; ++k) {
+    for (int k = term_start_[coarse_block]; k < term_start_[coarse_block + 1]; ++k) {
       const Term& term = terms_[k];
       add_scaled(term.fine >= 0 ? load_block(values + 9 * static_cast<std::ptrdiff_t>(term.fine)) : LaneBlock(A.diagonal()[-1 - term.fine]),
                  term.weight, block);
@@ -113,14 +112,10 @@ void GalerkinProduct::update(const BlockSparseMatrix<Scalar>& A, BlockSparseMatr
   };
   const auto rows = [&](int begin, int end) {
     for (int I = begin; I < end; ++I) {
-      const Eigen::Matrix3f D = sum(diagonal_start_[I], diagonal_end_[I]);
+      const Eigen::Matrix3f D = sum(row_start_[I] + I);
       A_c.diagonal()[I] = (0.5f * (D + D.transpose())).cast<double>();
       for (int u = row_start_[I]; u < row_start_[I + 1]; ++u) {
-        // The terms of a row's last upper block end where the next row's diagonal begins.
-        const int stop = u + 1 < row_start_[I + 1] ? upper_start_[u + 1]
-                         : I + 1 < A_c.rows()      ? diagonal_start_[I + 1]
-                                                   : static_cast<int>(terms_.size());
-        const Eigen::Matrix3f B = sum(upper_start_[u], stop);
+        const Eigen::Matrix3f B = sum(u + I + 1);
         A_c.set_block(uppers_[u].block, B);
         A_c.set_block(uppers_[u].mirror, B.transpose());
       }

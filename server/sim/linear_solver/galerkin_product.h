@@ -16,8 +16,6 @@ class GalerkinProduct {
   template <class Scalar>
   void update(const BlockSparseMatrix<Scalar>& A, BlockSparseMatrix<float>& A_c, const ThreadPool& pool) const;
 
-  std::size_t term_count() const { return terms_.size(); }
-
  private:
   struct Term {
     int fine;      // off-diagonal block of A; -1 - i: diagonal block i
@@ -28,9 +26,10 @@ class GalerkinProduct {
   struct Upper {
     int block, mirror;  // of A_c
   };
-  std::vector<int> row_start_;    // coarse rows + 1, into uppers_
+  std::vector<int> row_start_;   // coarse rows + 1, into uppers_
   std::vector<Upper> uppers_;
-  std::vector<int> diagonal_start_, diagonal_end_, upper_start_;  // into terms_
+  std::vector<int> term_start_;  // into terms_: of row I's diagonal block at row_start_[I] + I, its uppers after it; and
+                                 // one more
   std::vector<Term> terms_;
 };
 

@@ -1,5 +1,7 @@
 #include "server/sim/linear_solver/level_transfer.h"
 
+#include "server/sim/mesh/disjoint_sets.h"
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -82,11 +84,6 @@ Shares shares_of(const Vec3& X, const CoarseLattice& lattice) {
   return shares;
 }
 
-int root(std::vector<int>& parent, int i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
 // Shares of touching points in one lattice point belong together. Returns the parents; share k of point i is 4 i + k.
 std::vector<int> connect_shares(const std::vector<Shares>& shares, const LevelGraph& graph) {
   std::vector<int> parent(4 * shares.size());
@@ -98,8 +95,7 @@ std::vector<int> connect_shares(const std::vector<Shares>& shares, const LevelGr
       for (int a = 0; a < shares[i].count; ++a)
         for (int b = 0; b < shares[j].count; ++b) {
           if (shares[i].entry[a].key != shares[j].entry[b].key) continue;
-          const int p = root(parent, 4 * i + a), q = root(parent, 4 * j + b);
-          parent[std::max(p, q)] = std::min(p, q);
+          unite(parent, 4 * i + a, 4 * j + b);
         }
     }
   }
@@ -135,20 +131,19 @@ void gather_small_pieces(const LevelGraph& graph, std::span<const char> held, bo
   std::iota(piece.begin(), piece.end(), 0);
   for (int i = 0; i < n; ++i)
     for (int k = graph.row_start[i]; k < graph.row_start[i + 1] && graph.columns[k] < i; ++k) {
-      const int p = root(piece, i), q = root(piece, graph.columns[k]);
-      piece[std::max(p, q)] = std::min(p, q);
+      unite(piece, i, graph.columns[k]);
     }
   std::vector<int> nodes(n, 0), groups(n, 0);
   std::vector<char> seen(group.size(), 0);
   for (int i = 0; i < n; ++i) {
     if (held[i]) continue;
-    ++nodes[root(piece, i)];
+    ++nodes[find_root(piece, i)];
     for (int k = 0; k < shares[i].count; ++k) {
-      if (shares[i].entry[k].weight > 0 && !std::exchange(seen[group[4 * i + k]], 1)) ++groups[root(piece, i)];
+      if (shares[i].entry[k].weight > 0 && !std::exchange(seen[group[4 * i + k]], 1)) ++groups[find_root(piece, i)];
     }
   }
   for (int i = 0; i < n; ++i) {
-    const int p = root(piece, i);
+    const int p = find_root(piece, i);
     if (2 * groups[p] <= nodes[p]) continue;
     const int as = finest || nodes[p] <= kSmallPiece ? p : i;
     shares[i] = {{Share{shares[as].entry[0].key, 1.0f}}, 1};
@@ -197,7 +192,7 @@ LevelTransfer make_transfer(std::span<const Vec3> X, const LevelGraph& graph, st
   std::vector<Shares> shares(n);
   for (int i = 0; i < n; ++i) shares[i] = shares_of(X[i], lattice);
   std::vector<int> group = connect_shares(shares, graph);  // of share 4 i + k
-  for (int s = 0; s < 4 * n; ++s) group[s] = root(group, s);
+  for (int s = 0; s < 4 * n; ++s) group[s] = find_root(group, s);
   drop_faint(shares, group, held);
   gather_small_pieces(graph, held, finest, shares, group);
 

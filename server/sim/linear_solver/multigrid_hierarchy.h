@@ -25,7 +25,6 @@ class MultigridHierarchy {
               const ThreadPool& pool);
 
   const std::vector<Level>& levels() const { return levels_; }
-  void clear() { held_.clear(); }  // the next update makes the levels anew
 
  private:
   void rebuild(const LevelGraph& graph, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume);
