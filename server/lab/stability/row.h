@@ -38,12 +38,14 @@ struct Row {
 const std::vector<Row>& all_rows();
 
 // By field; all_rows() puts them together.
-std::vector<Row> element_rows();      // 1 to 9, 11
-std::vector<Row> integration_rows();  // 10, 12 to 15
-std::vector<Row> contact_rows();      // 16, 18 to 22, 28
-std::vector<Row> fracture_rows();     // 23 to 27
-std::vector<Row> example_rows();      // 29 to 34, 39, 40
-std::vector<Row> rigid_rows();        // 35 to 38
-std::vector<Row> server_rows();       // 17, 41
+std::vector<Row> inversion_rows();      // 1 to 3, 6, 7
+std::vector<Row> rotation_rule_rows();  // 4, 5
+std::vector<Row> element_rows();        // 8, 9, 11
+std::vector<Row> integration_rows();    // 10, 12 to 15
+std::vector<Row> contact_rows();        // 16, 18 to 22, 28
+std::vector<Row> fracture_rows();       // 23 to 27
+std::vector<Row> example_rows();        // 29 to 34, 39, 40
+std::vector<Row> rigid_rows();          // 35 to 38
+std::vector<Row> server_rows();         // 17, 41
 
 }  // namespace crumple::lab::stability

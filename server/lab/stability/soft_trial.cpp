@@ -177,4 +177,9 @@ Vec3 Random::vec3(double low, double high) {
   return {x, y, uniform(low, high)};
 }
 
+void scramble(SoftTrial& trial, std::uint64_t seed, double low, double high) {
+  Random random(seed);
+  trial.deform([&](const Vec3&) { return random.vec3(low, high); });
+}
+
 }  // namespace crumple::lab::stability

@@ -69,4 +69,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
+// Every node at a random place in the box [low, high]^3 [m], at rest.
+void scramble(SoftTrial& trial, std::uint64_t seed, double low = 0, double high = 1);
+
 }  // namespace crumple::lab::stability

@@ -21,13 +21,19 @@ struct Shaken {
   }
 };
 
+// All tets from `first` on, by fours.
+Elements by_fours(const Shaken& body, const RestBody& rest, int first) {
+  Elements elements;
+  elements.resize(rest.tet_count());
+  for (int t = first; t + 4 <= rest.tet_count(); t += 4)
+    EXPECT_TRUE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements));
+  return elements;
+}
+
 TEST(ElementQuad, EqualsTheFormulasOfOneTet) {
   const Shaken body(0.02);
   const RestBody rest = test::rest_body(body.mesh, FemMaterial{}, 1e9);
-  Elements elements;
-  elements.resize(rest.tet_count());
-  for (int t = 0; t + 4 <= rest.tet_count(); t += 4)
-    ASSERT_TRUE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements));
+  const Elements elements = by_fours(body, rest, 0);
   for (int t = 0; t < rest.tet_count(); ++t) {
     const Mat34 x = gather(body.state.x, body.mesh.tets[t]);
     const RestTet tet = rest.tet(t);
@@ -69,10 +75,7 @@ TEST(ElementQuad, LanesHaveTheirOwnMaterials) {
   const auto made = make_rest_body(body.mesh, soft, 1e9, std::vector{of_metal, of_paper});
   ASSERT_TRUE(made);
   const RestBody& rest = *made;
-  Elements elements;
-  elements.resize(rest.tet_count());
-  for (int t = 0; t + 4 <= rest.tet_count(); t += 4)
-    ASSERT_TRUE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements));
+  Elements elements = by_fours(body, rest, 0);
   for (int t = 0; t < rest.tet_count(); ++t) {
     const Mat34 x = gather(body.state.x, body.mesh.tets[t]);
     const RestTet tet = rest.tet(t);
@@ -103,13 +106,7 @@ TEST(ElementQuad, LanesHaveTheirOwnMaterials) {
 TEST(ElementQuad, LanesDoNotSeeEachOther) {
   const Shaken body(0.04);
   const RestBody rest = test::rest_body(body.mesh, FemMaterial{}, 1e9);
-  Elements at_zero, at_two;
-  at_zero.resize(rest.tet_count());
-  at_two.resize(rest.tet_count());
-  for (int t = 0; t + 4 <= rest.tet_count(); t += 4)
-    ASSERT_TRUE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, at_zero));
-  for (int t = 2; t + 4 <= rest.tet_count(); t += 4)
-    ASSERT_TRUE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, at_two));
+  const Elements at_zero = by_fours(body, rest, 0), at_two = by_fours(body, rest, 2);
   for (int t = 2; t + 2 < rest.tet_count(); ++t) EXPECT_EQ(at_zero.force[t], at_two.force[t]) << t;
 }
 
