@@ -21,7 +21,7 @@ namespace crumple::sim::contact {
 // One body of a row: up to four free soft nodes, or a movable rigid body, or neither (fixed, prescribed).
 struct ContactSide {
   int body = -1;                     // as in detect(); planes follow the bodies
-  int tet = -1;                      // of the body's mesh; -1: plane
+  int tet = -1;                      // of the body's mesh, of a node's row its node; -1: plane
   int node_count = 0;                // free soft nodes
   std::array<int, 4> nodes{};        // of the body
   std::array<double, 4> weights{};   // barycentric, with the side's sign

@@ -70,7 +70,7 @@ TEST(Recovery, HealsAnOverlapAtTheBoundedSpeed) {
   SoftBody& block = scene.add_soft(kCells, kUnit, Vec3(0, -0.3, 0));
   for (int k = 0; k < 120; ++k) {
     scene.step();
-    EXPECT_LT(block.velocity().y(), 1.15);  // 1 m/s and what the compressed block adds
+    EXPECT_LT(block.velocity().y(), 1.25);  // 1 m/s and what the compressed block adds
   }
   EXPECT_GT(lowest(block), -0.01);
   EXPECT_LT(block.rms_speed(), 0.02);
@@ -96,6 +96,24 @@ TEST(Recovery, StackOfTwoStays) {
   EXPECT_LT((upper.centre() - x0).norm(), 3e-3);
   EXPECT_GT(lowest(upper), 0.97);
   EXPECT_NEAR(pressed / 120, 1000 * kGravity * scene.dt, 0.01 * 1000 * kGravity * scene.dt);  // F8, in the mean
+}
+
+// The nodes of a flat face under load must not take turns, up in one step and down in the next.
+TEST(Recovery, FaceUnderAHeavyRigidBoxDoesNotChatter) {
+  for (const double mass : {3000.0, 6000.0}) {
+    SoftScene scene;
+    scene.add_plane(Vec3::UnitY(), 0);
+    SoftBody& block = scene.add_soft(kCells, kUnit, Vec3(0, 0, 0));
+    scene.add_rigid(Vec3(1.2, 1, 1.2), Vec3(0.6, 1.52, 0.55), mass, true);
+    scene.run(5);
+    double worst = 0;
+    for (int k = 0; k < 60; ++k) {
+      scene.step();
+      for (std::size_t n = 0; n < block.state.v.size(); ++n)
+        if (block.state.x[n].y() < 0.1) worst = std::max(worst, block.state.v[n].norm());
+    }
+    EXPECT_LT(worst, 5e-3) << mass;  // 0.4 and 1 m/s with a row a tet, at the centroid of what is below
+  }
 }
 
 // Four cells a side: on two, of which the box's edges press single nodes, twice the block's weight chatters by
