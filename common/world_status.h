@@ -25,6 +25,7 @@ struct WorldStatus {
   double step_ms = 0;           // wall time of the last step
   double dropped_seconds = 0;   // wall time that the clock gave up since play
   int bodies = 0;
+  int asleep = 0;               // bodies that are not stepped until something wakes them
   int viewers = 0;
   std::string failure;          // of a failed world
 };
@@ -35,6 +36,7 @@ struct BodyStatus {
   BodyModel model = BodyModel::rigid;
   Pose pose;                     // X_WB; finite-element bodies: their mean position
   Vec3 velocity = Vec3::Zero();  // of the centre of mass [m/s]
+  bool asleep = false;
 };
 
 // A world looked at between two steps: all of the same step.

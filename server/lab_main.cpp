@@ -87,7 +87,7 @@ struct TrajectoryCommand {
 };
 
 struct BenchCommand {
-  std::string scene, lattice = "femfx", cells = "25x4x4", size = "2x0.4x0.4", damping = "0.15,0.004";
+  std::string scene, lattice = "femfx", cells = "25x4x4", size = "2x0.4x0.4", damping = "0.15,0.004", sleep;
   double young = 1e7;
   int threads = 1, steps = 0;
   std::uint64_t seed = 1;
@@ -145,6 +145,8 @@ struct BenchCommand {
     if (!description) return fail(description.error());
     if (steps > 0) options.steps = steps;
     override_solver(*description);
+    if (sleep == "on") description->sleep = {};
+    if (sleep == "off") description->sleep.speed = 0;
     const bool terminal = isatty(STDERR_FILENO);
     const auto result = lab::run_benchmark(*description, options, [&](int k) {
       if (terminal && (k % 10 == 0 || k == options.steps)) std::cerr << "\r" << scene << " " << k << "/" << options.steps << std::flush;
@@ -231,6 +233,8 @@ int main(int argc, char** argv) {
   b->add_option("--size", bench.size, "beam [m]")->capture_default_str();
   b->add_option("--young", bench.young, "beam [Pa]")->capture_default_str();
   b->add_option("--damping", bench.damping, "beam: a,b of C = a M + b K")->capture_default_str();
+  b->add_option("--sleep", bench.sleep, "on: as scenes by default; off; else as the scene says: beam, pile, panel and barrels never sleep")
+      ->check(CLI::IsMember({"on", "off"}));
   b->add_option("--seed", bench.seed, "barrels")->capture_default_str();
   b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "multigrid", "direct"}));
   b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));

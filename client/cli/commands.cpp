@@ -39,7 +39,7 @@ std::string hash_text(std::uint64_t hash) {
 void print_status(const WorldStatus& world, std::ostream& out) {
   out << "world " << world.id << "  " << world.name << "  " << to_text(world.state) << "  step " << world.step
       << "  time " << world.time << " s  factor " << world.real_time_factor << "  step time " << world.step_ms
-      << " ms  bodies " << world.bodies << "  viewers " << world.viewers;
+      << " ms  bodies " << world.bodies << "  asleep " << world.asleep << "  viewers " << world.viewers;
   if (!world.failure.empty()) out << "  failure: " << world.failure;
   out << '\n';
 }
@@ -103,7 +103,7 @@ Outcome info(SimulationClient& client, const Options& options, std::ostream& out
       const Vec3& p = body.pose.p_WB;
       const Vec3& v = body.velocity;
       out << "body " << body.id << "  " << body.name << "  " << to_text(body.model) << "  at " << p.x() << ',' << p.y()
-          << ',' << p.z() << " m  velocity " << v.x() << ',' << v.y() << ',' << v.z() << " m/s\n";
+          << ',' << p.z() << " m  velocity " << v.x() << ',' << v.y() << ',' << v.z() << " m/s" << (body.asleep ? "  asleep" : "") << '\n';
     }
   });
 }

@@ -56,6 +56,7 @@ WorldStatus from_message(const v1::WorldStatus& message) {
   status.step_ms = message.step_ms();
   status.dropped_seconds = message.dropped_seconds();
   status.bodies = message.bodies();
+  status.asleep = message.asleep();
   status.viewers = message.viewers();
   status.failure = message.failure();
   return status;
@@ -69,6 +70,7 @@ BodyStatus from_message(const v1::BodyStatus& message) {
   const v1::Quaternion& q = message.pose().quaternion();
   body.pose = {Quat(q.w(), q.x(), q.y(), q.z()), vec3(message.pose().position())};
   body.velocity = vec3(message.velocity());
+  body.asleep = message.asleep();
   return body;
 }
 

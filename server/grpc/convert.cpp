@@ -47,6 +47,7 @@ v1::WorldStatus to_message(const WorldStatus& status) {
   message.set_step_ms(status.step_ms);
   message.set_dropped_seconds(status.dropped_seconds);
   message.set_bodies(status.bodies);
+  message.set_asleep(status.asleep);
   message.set_viewers(status.viewers);
   message.set_failure(status.failure);
   return message;
@@ -64,6 +65,7 @@ v1::BodyStatus to_message(const BodyStatus& body) {
   q->set_y(body.pose.R_WB.y());
   q->set_z(body.pose.R_WB.z());
   set(message.mutable_velocity(), body.velocity);
+  message.set_asleep(body.asleep);
   return message;
 }
 

@@ -31,6 +31,22 @@ Json quantiles(std::vector<double> ms) {
           {"median", at(0.5)}, {"p99", at(0.99)}, {"worst", ms.back()}};
 }
 
+double mean_of_last(const std::vector<double>& ms, std::size_t count) {
+  const auto begin = ms.end() - static_cast<std::ptrdiff_t>(std::min(count, ms.size()));
+  return std::accumulate(begin, ms.end(), 0.0) / static_cast<double>(ms.end() - begin);
+}
+
+Json sleep_of(const sim::Workload& load, int all_asleep_at) {
+  Json result{{"live_bodies", load.live_bodies}, {"asleep_bodies", load.asleep_bodies}, {"live_tets", load.live_tets},
+              {"asleep_tets", load.asleep_tets}, {"live_nodes", load.live_nodes}, {"asleep_nodes", load.asleep_nodes}};
+  if (load.live_bodies == 0) result["all_asleep_at"] = all_asleep_at;
+  return result;
+}
+
+bool may_sleep(const sim::SceneDescription& scene) {
+  return scene.sleep.speed > 0 || std::ranges::any_of(scene.bodies, &sim::BodyDescription::asleep);
+}
+
 std::string hexadecimal(std::uint64_t value) {
   std::ostringstream out;
   out << std::hex << std::setw(16) << std::setfill('0') << value;
@@ -70,7 +86,7 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
   std::vector<std::string> stage_order;
   std::map<std::string, double> stage_ms;
   double iterations = 0, residual = 0, penetration = 0;
-  int capped = 0, inverted = 0, fragments = 0, splits = 0, contacts = 0;
+  int capped = 0, inverted = 0, fragments = 0, splits = 0, contacts = 0, all_asleep_at = 1;
   for (int k = 0; k < options.steps; ++k) {
     const double start = now_ms();
     const sim::StepReport report = world.step();
@@ -85,6 +101,7 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     penetration = std::max(penetration, report.worst_penetration);
     splits += report.splits;
     contacts = std::max(contacts, report.contacts);
+    if (report.workload.live_bodies > 0) all_asleep_at = k + 2;
     int inverted_now = 0;
     fragments = 0;
     for (BodyId b : soft) {
@@ -98,6 +115,8 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
   }
 
   Json result{{"ms_per_step", quantiles(step_ms)}, {"state_hash", hexadecimal(world.state_hash())}, {"peak_rss_mb", peak_rss_mb()}};
+  result["ms_per_step"]["end"] = mean_of_last(step_ms, 10);
+  if (may_sleep(scene)) result["sleep"] = sleep_of(world.workload(), all_asleep_at);
   for (const std::string& stage : stage_order) result["stages"][stage] = stage_ms[stage];
   if (!soft.empty()) {
     result["solver"] = {{"iterations_mean", iterations / options.steps}, {"residual_worst", residual}, {"capped_steps", capped}};

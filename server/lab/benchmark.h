@@ -14,10 +14,13 @@ struct BenchmarkOptions {
 };
 
 // Steps a scene and reports, keys that do not apply left out:
-//   {"ms_per_step": {"mean", "median", "p99", "worst"}, "stages": {name: mean ms},
+//   {"ms_per_step": {"mean", "median", "p99", "worst", "end"}, "stages": {name: mean ms},
 //    "solver": {"iterations_mean", "residual_worst", "capped_steps"}, "tip": [x, y, z], "penetration_mm_worst",
-//    "inverted", "fragments", "splits", "contacts_most", "state_hash", "peak_rss_mb"}
-// Stages are named as the lines of World::step. inverted: most tets at once that had negative volume at a step's end.
+//    "inverted", "fragments", "splits", "contacts_most", "sleep": {"live_bodies", "asleep_bodies", "live_tets",
+//    "asleep_tets", "live_nodes", "asleep_nodes", "all_asleep_at"}, "state_hash", "peak_rss_mb"}
+// Stages are named as the lines of World::step. end: mean of the last ten steps. inverted: most tets at once that had
+// negative volume at a step's end. sleep: at the end, where the scene lets bodies sleep (or starts them so); all_asleep_at: the
+// step from which on nothing was live, if it ends so.
 // on_step(k) is called after each step, for a progress bar.
 Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOptions& options,
                            const std::function<void(int)>& on_step);

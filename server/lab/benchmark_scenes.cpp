@@ -16,6 +16,8 @@ using sim::SceneDescription;
 
 constexpr int kIterations = 3000;  // enough for every scene to converge: a capped solve would be a faster wrong answer
 
+constexpr sim::SleepSettings kNeverSleeps{.speed = 0};  // as those it is compared with
+
 BodyDescription plane(const std::string& name, const Vec3& normal, double offset, double friction) {
   BodyDescription body{.name = name};
   sim::RigidModel model{.kind = sim::RigidKind::fixed};
@@ -39,7 +41,7 @@ BodyDescription solid(const std::string& name, const sim::Shape& shape, sim::Rig
 Result<SceneDescription> beam_scene(const BeamOptions& options) {
   auto mesh = authoring::beam(options.size, options.cells, options.lattice);
   if (!mesh) return std::unexpected(mesh.error());
-  SceneDescription scene{.name = "beam", .dt = 1.0 / 60};
+  SceneDescription scene{.name = "beam", .dt = 1.0 / 60, .sleep = kNeverSleeps};
   sim::FemModel fem;
   fem.material.young = options.young;
   fem.material.damping_mass = options.damping_mass;
@@ -54,7 +56,7 @@ Result<SceneDescription> beam_scene(const BeamOptions& options) {
 }
 
 SceneDescription pile_scene() {
-  SceneDescription scene{.name = "pile", .dt = 1.0 / 60};
+  SceneDescription scene{.name = "pile", .dt = 1.0 / 60, .sleep = kNeverSleeps};
   sim::FemModel cube;
   cube.mesh = std::make_shared<sim::TetMesh>(*authoring::centred_box_mesh(Vec3::Ones(), {2, 2, 2}, authoring::Lattice::femfx));
   cube.material.cg_max_iterations = kIterations;
@@ -77,7 +79,7 @@ SceneDescription pile_scene() {
 }
 
 SceneDescription panel_scene() {
-  SceneDescription scene{.name = "panel", .dt = 1.0 / 60};
+  SceneDescription scene{.name = "panel", .dt = 1.0 / 60, .sleep = kNeverSleeps};
   auto mesh = std::make_shared<sim::TetMesh>(*authoring::pane(2, 2, 0.05, {20, 20, 1}, authoring::Lattice::femfx));
   sim::FemModel fem;
   fem.material.young = 1e7;
@@ -104,7 +106,7 @@ SceneDescription panel_scene() {
 }
 
 SceneDescription barrels_scene(std::uint64_t seed) {
-  SceneDescription scene{.name = "barrels", .dt = 0.004};
+  SceneDescription scene{.name = "barrels", .dt = 0.004, .sleep = kNeverSleeps};
   std::mt19937_64 random(seed);
   // std::uniform_real_distribution may differ between libraries; this does not.
   const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53; };

@@ -122,7 +122,7 @@ void WorldRunner::info(bool want_bodies, bool want_hash, Done<WorldInfo> done) {
     WorldInfo info{status(), {}, want_hash ? world_->state_hash() : 0};
     if (want_bodies) {
       for (const BodyTopology& body : world_->topology().bodies)
-        info.bodies.push_back({body.id, body.name, body.model, world_->pose(body.id), world_->velocity(body.id)});
+        info.bodies.push_back({body.id, body.name, body.model, world_->pose(body.id), world_->velocity(body.id), world_->is_asleep(body.id)});
     }
     done(std::move(info));
   };
@@ -300,6 +300,7 @@ void WorldRunner::refresh_status() {
   status.step_ms = step_ms_;
   status.dropped_seconds = clock_->dropped_seconds();
   status.bodies = world_->body_count();
+  status.asleep = world_->workload().asleep_bodies;
   const std::lock_guard lock(mutex_);
   status_ = std::move(status);
 }

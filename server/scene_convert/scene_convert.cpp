@@ -27,6 +27,14 @@ sim::ContactSettings to_contact(const v1::ContactSettings& message) {
   return contact;
 }
 
+sim::SleepSettings to_sleep(const v1::SleepSettings& message) {
+  sim::SleepSettings sleep;
+  if (message.has_speed()) sleep.speed = message.speed();
+  if (message.has_time()) sleep.time = message.time();
+  if (message.has_wake_acceleration()) sleep.wake_acceleration = message.wake_acceleration();
+  return sleep;
+}
+
 sim::linear_solver::SolverKind to_solver(int solver, Conversion& c) {
   using sim::linear_solver::SolverKind;
   switch (solver) {
@@ -52,6 +60,7 @@ void set_world(const v1::Scene& message, sim::SceneDescription& scene, Conversio
   scene.solver = to_solver(message.solver(), c);
   if (message.has_seed()) scene.seed = message.seed();
   scene.contact = to_contact(message.contact());
+  scene.sleep = to_sleep(message.sleep());
 }
 
 std::variant<sim::RigidModel, sim::FemModel, sim::ExampleModel> to_model(const v1::Body& message,
@@ -78,6 +87,7 @@ sim::BodyDescription to_body(const v1::Body& message, const std::string& field, 
   body.angular_velocity = to_vec3(message.angular_velocity());
   if (message.has_colour()) body.colour = {message.colour().r(), message.colour().g(), message.colour().b()};
   if (message.has_opacity()) body.opacity = message.opacity();
+  if (message.has_asleep()) body.asleep = message.asleep();
   body.model = to_model(message, field, c);
   return body;
 }

@@ -35,6 +35,10 @@ inline constexpr Range kPhi{0, 1e15};           // [N s / m^3]
 inline constexpr Range kKappa{0, 1e6};          // [-]
 inline constexpr Range kRecoverySteps{1, 1e6};  // [-]
 inline constexpr Range kRecoverySpeed{0, 1e3};  // [m/s]
+// sleep
+inline constexpr Range kSleepSpeed{0, 10};         // [m/s]
+inline constexpr Range kSleepTime{0, 1e3};         // [s]
+inline constexpr Range kWakeAcceleration{0, 1e6};  // [m/s^2]
 // bodies
 inline constexpr double kVelocity = 1e4;             // |.| [m/s]
 inline constexpr double kAngularVelocity = 1e4;      // |.| [rad/s]

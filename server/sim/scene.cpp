@@ -23,6 +23,9 @@ void check_world(FirstBreach& breach, const SceneDescription& scene) {
   breach.number(scene.contact.kappa, limits::kKappa, "contact.kappa");
   breach.number(scene.contact.recovery_steps, limits::kRecoverySteps, "contact.recovery_steps");
   breach.number(scene.contact.max_recovery_speed, limits::kRecoverySpeed, "contact.max_recovery_speed");
+  breach.number(scene.sleep.speed, limits::kSleepSpeed, "sleep.speed");
+  breach.number(scene.sleep.time, limits::kSleepTime, "sleep.time");
+  breach.number(scene.sleep.wake_acceleration, limits::kWakeAcceleration, "sleep.wake_acceleration");
 }
 
 void check_name(FirstBreach& breach, const std::string& name, const std::string& field) {
@@ -38,12 +41,21 @@ Result<void> validate_model(const BodyDescription& body, const std::string& fiel
   return validate(std::get<ExampleModel>(body.model), field + ".example", seen);
 }
 
+void check_asleep(FirstBreach& breach, const BodyDescription& body, const std::string& field) {
+  if (!body.asleep) return;
+  const auto* rigid = std::get_if<RigidModel>(&body.model);
+  breach.require(!rigid || rigid->kind == RigidKind::dynamic, field, "is true, must be false for a FIXED or KINEMATIC body");
+  breach.require(body.velocity.isZero(0) && body.angular_velocity.isZero(0), field,
+                 "is true, must be false for a body that has a velocity");
+}
+
 void check_body(FirstBreach& breach, const BodyDescription& body, const std::string& field, SeenAssets& seen) {
   static constexpr const char* kColours[] = {".r", ".g", ".b"};
   check_name(breach, body.name, field + ".name");
   breach.pose(body.pose, field + ".pose");
   breach.vector(body.velocity, limits::kVelocity, field + ".velocity");
   breach.vector(body.angular_velocity, limits::kAngularVelocity, field + ".angular_velocity");
+  check_asleep(breach, body, field + ".asleep");
   for (std::size_t i = 0; i < 3; ++i) breach.number(body.colour[i], limits::kUnit, field + ".colour" + kColours[i]);
   breach.number(body.opacity, limits::kUnit, field + ".opacity");
   if (breach.ok()) breach.take(validate_model(body, field, seen));

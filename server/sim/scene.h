@@ -84,6 +84,8 @@ struct BodyDescription {
   Vec3 velocity = Vec3::Zero();              // [m/s], of the body's origin, |.| <= 1e4
   Vec3 angular_velocity = Vec3::Zero();      // [rad/s], in W, about the body's origin, |.| <= 1e4
   std::variant<RigidModel, FemModel, ExampleModel> model;
+  bool asleep = false;                       // from the start, until something wakes it; it then has no velocity, and is
+                                             // neither fixed nor kinematic
   std::array<float, 3> colour{0.7f, 0.7f, 0.7f};  // linear RGB in [0, 1]
   float opacity = 1.0f;                      // [0, 1]
 };
@@ -97,6 +99,16 @@ struct ContactSettings {
   double max_recovery_speed = 1;  // v_max [m/s], [0, 1e3]
 };
 
+// ---- islands that sleep (Parker & O'Brien 2009, section 4) ----------------------------------------------------------
+// Bodies that touch sleep and wake together: once none of their nodes, for `time`, was faster than `speed` (over two
+// steps) or further from where it was than a fifth of what that speed would take it.
+struct SleepSettings {
+  double speed = 0.005;             // [m/s], [0, 10]; 0: nothing falls asleep
+  double time = 0.5;                // [s], [0, 1e3]; five steps at least
+  double wake_acceleration = 0.01;  // what a command must give a node to wake its body, or a body that is not finite
+                                    // elements [m/s^2], [0, 1e6]; sleepers do not feel less
+};
+
 struct SceneDescription {
   std::string name;
   Vec3 gravity{0, -9.81, 0};  // [m/s^2], |.| <= 1e4
@@ -108,6 +120,7 @@ struct SceneDescription {
   linear_solver::SolverKind solver = linear_solver::SolverKind::automatic;
   bool unguarded = false;     // for studies: nothing but non-finite states is watched (guard/island_guard.h)
   ContactSettings contact;
+  SleepSettings sleep;
   std::uint64_t seed = 1;     // of everything random: fracture order
   std::vector<BodyDescription> bodies;  // at most 10,000; kMaxTets tets in all
   std::vector<ScriptedCommand> script;  // ascending in time; at most 100,000

@@ -33,11 +33,12 @@ StepReport World::step() {
   w.timed("detect", [&] { w.detect_contact(report); });
   w.timed("assemble", [&] { w.assemble(); });
   w.timed("guard", [&] { w.watch(); });
-  w.timed("solve", [&] { w.solve(report); });
+  w.timed("solve", [&] { w.solve(report), w.follow_scripts(); });
   w.timed("rigid", [&] { w.step_rigid(report); });
   w.timed("examples", [&] { w.deform_examples(report); });
   w.timed("plasticity", [&] { w.plastic_flow(); });
   w.timed("fracture", [&] { w.fracture(report); });
+  w.timed("sleep", [&] { w.settle(report); });
   ++w.step;
   return report;
 }
@@ -67,6 +68,9 @@ Vec3 World::velocity(BodyId body) const {
   const SoftBody& soft = impl_->soft[place.index];
   return soft.momentum() / soft.rest.mass();
 }
+
+bool World::is_asleep(BodyId body) const { return impl_->is_asleep(body); }
+Workload World::workload() const { return impl_->workload(); }
 
 Energies World::energies() const {
   Energies total;
@@ -119,6 +123,8 @@ std::uint64_t World::state_hash() const {
     hash.add(static_cast<std::uint64_t>(held.slid));
   }
   for (const Impl::ActiveForce& force : impl_->forces) hash.add(force.left);
+  impl_->sleepers.hash(hash);
+  for (const islands::Stillness& stillness : impl_->stillness) stillness.hash(hash);
   for (const guard::BodyGuard& guard : impl_->guards) {
     hash.add(static_cast<std::uint64_t>(guard.rung));
     for (double energy : {guard.surplus, guard.energy, guard.energy_at_alarm}) hash.add(energy);

@@ -22,6 +22,14 @@ struct StageTime {
   double ms;
 };
 
+// What a world is busy with, and what it is spared [Parker & O'Brien 2009, figure 8]: bodies that can move, and tets and
+// nodes of finite-element ones. Bodies that are wholly scripted or held are neither live nor asleep.
+struct Workload {
+  int live_bodies = 0, asleep_bodies = 0;
+  int live_tets = 0, asleep_tets = 0;
+  int live_nodes = 0, asleep_nodes = 0;
+};
+
 struct StepReport {
   std::uint64_t step = 0;
   int contacts = 0;              // rows between soft bodies and anything
@@ -31,6 +39,7 @@ struct StepReport {
   int splits = 0;                // nodes split by fracture
   int plastic_impulses = 0;      // above beta
   double worst_penetration = 0;  // deepest contact found at the start of the step [m]
+  Workload workload;             // at its end
 };
 
 struct Energies {
@@ -80,6 +89,8 @@ class World {
   BodyId find(const std::string& name) const;  // body_count() if there is none
   Pose pose(BodyId body) const;                // X_WB of the body's axes as in the scene; FEM: its mean position
   Vec3 velocity(BodyId body) const;            // of the centre of mass [m/s]
+  bool is_asleep(BodyId body) const;           // held where it is until something wakes it (SleepSettings)
+  Workload workload() const;
 
   const Topology& topology() const;
   Frame capture(bool with_values = false) const;

@@ -27,7 +27,7 @@ World::Impl::Alone World::Impl::alone(const islands::CompositeIsland& island) co
     if (among(island.soft) || among(island.rigid)) {
       result.unknowns[b] = island_bodies[b];
       if (b < soft.size()) result.unknowns[b].pieces = soft[b].pieces();
-    } else if (b < soft.size() || body.rigid->movable) {
+    } else if (island_bodies[b].system || island_bodies[b].rigid) {
       body.mesh = &nothing;
       body.x = body.v = {};
       body.fixed = {};

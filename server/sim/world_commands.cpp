@@ -53,6 +53,7 @@ Result<void> World::schedule(const std::vector<ScriptedCommand>& script) {
 void World::Impl::apply_commands() {
   // A time that was meant to be a step's start may miss it by rounding.
   const double now = time() + 1e-9 * scene.dt;
+  disturbed.assign(places.size(), 0);
   auto due = script.begin();
   for (; due != script.end() && due->time <= now; ++due) {
     apply(due->command);
@@ -69,6 +70,7 @@ void World::Impl::apply_commands() {
     active.left -= scene.dt;
   }
   std::erase_if(forces, [&](const ActiveForce& active) { return active.left <= 1e-9 * scene.dt; });
+  feel_commands();
 }
 
 void World::Impl::apply(const Command& command) {
@@ -88,6 +90,10 @@ void World::Impl::push_body(BodyId body, const Vec3& impulse, const Vec3& point,
     soft[place.index].push(impulse, point, radius);
     return;
   }
+  const bool felt = is_felt(impulse.norm() / rigid.mass(body));
+  if (felt) wake(body);
+  disturbed[body] |= felt;
+  if (is_asleep(body)) return;
   rigid.apply_impulse(body, impulse, point);
   if (place.model == BodyModel::example_based) {
     const Pose X_WB = rigid.pose(body);

@@ -54,7 +54,7 @@ void World::Impl::watch() {
   soft_energy.assign(soft.size(), {});
   if (scene.unguarded) return;
   for (std::size_t b = 0; b < soft.size(); ++b) {
-    if (!soft[b].frozen) soft_energy[b] = soft[b].energy(scene.gravity);
+    if (!soft[b].frozen && is_live(soft[b])) soft_energy[b] = soft[b].energy(scene.gravity);
   }
   for (const IslandAccount& account : accounts) {
     guard::Measurement island{.capped = account.capped, .residual = account.residual};

@@ -4,7 +4,10 @@
 #include "server/sim/bodies/soft_body.h"
 #include "server/sim/bodies/solid_body.h"
 #include "server/sim/guard/island_guard.h"
+#include "server/sim/contact/sweep_and_prune.h"
 #include "server/sim/islands/composite_island.h"
+#include "server/sim/islands/sleep.h"
+#include "server/sim/islands/stillness.h"
 #include "server/sim/parallel_for.h"
 #include "server/sim/rigid/rigid_world.h"
 #include "server/sim/world.h"
@@ -49,6 +52,8 @@ struct World::Impl {
     double residual = 0;
   };
   std::vector<IslandAccount> accounts;    // of the last step
+  islands::SleepingIslands sleepers;      // by BodyId
+  std::vector<islands::Stillness> stillness;  // by BodyId, of live bodies
 
   // Outcome.
   Topology topology;
@@ -67,6 +72,9 @@ struct World::Impl {
   std::vector<char> was_capped;                          // one a soft body: its last solve ended at its cap
   std::vector<FractureOutcome> broken;                   // one a soft body: in this step so far
   std::vector<SoftBody::Energy> soft_energy;             // one a soft body, after assemble
+  std::vector<char> disturbed;                           // by BodyId: commands or scripts move it in this step
+  std::vector<contact::Box3> sleeping_box;               // by BodyId, of those that are asleep
+  std::vector<char> all_fixed;                           // ones: no node of a sleeper is an unknown
 
   double time() const { return static_cast<double>(step) * scene.dt; }
 
@@ -80,10 +88,34 @@ struct World::Impl {
   void assemble();
   void watch();
   void solve(StepReport& report);
+  void follow_scripts();
   void step_rigid(StepReport& report);
   void deform_examples(StepReport& report);
   void plastic_flow();
   void fracture(StepReport& report);
+  void settle(StepReport& report);
+
+  // Islands that sleep (world_sleep.cpp).
+  void start_islands();
+  bool is_live(BodyId id) const { return sleepers.activity(id) == islands::Activity::live; }
+  bool is_live(const SoftBody& body) const { return is_live(body.id); }
+  bool is_asleep(BodyId id) const { return sleepers.activity(id) == islands::Activity::asleep; }
+  std::span<const Vec3> points(BodyId id) const;  // nodes, or proxy nodes where the body was last placed
+  void wake(BodyId id);
+  void roused(std::span<const int> woken);
+  void lay_down(BodyId id, bool carried);
+  bool is_felt(double push) const { return push > scene.sleep.wake_acceleration * scene.dt; }
+  void feel_commands();
+  void feel_scripts();
+  void feel_motion(BodyId id, const contact::Box3& box);
+  void place_for_contact();
+  void hide_far_sleepers();
+  bool wake_touched();
+  void keep_friction_of_sleepers(const contact::FrictionMemory& before);
+  void note_contacts();
+  bool rests(BodyId id);
+  int steps_of_rest() const;
+  Workload workload() const;
 
   guard::Rung rung(const islands::CompositeIsland& island) const;  // the highest of its bodies'
   islands::IslandOptions solve_options(const islands::CompositeIsland& island) const;

@@ -14,6 +14,7 @@ void World::Impl::step_rigid(StepReport& report) {
     add_event(EventKind::frozen, id).message =
         text(scene.bodies[id].name, " left the range of finite numbers and is held where it last was");
   }
+  for (BodyId id : outcome.woken) wake(id);  // and with it the rest of its island, soft bodies from the next step on
   for (const ContactImpulse& contact : rigid.contact_impulses()) {
     const auto strike = [&](BodyId id, const Vec3& point_B, const Vec3& impulse_W) {
       if (places[id].model != BodyModel::example_based) return;
@@ -26,9 +27,11 @@ void World::Impl::step_rigid(StepReport& report) {
 
 void World::Impl::deform_examples(StepReport& report) {
   pool.for_chunks(static_cast<int>(examples.size()), 1, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) examples[k].deform(scene.dt, scene.rate_dt, pool);
+    for (int k = begin; k < end; ++k)
+      if (!is_asleep(examples[k].id)) examples[k].deform(scene.dt, scene.rate_dt, pool);
   });
   for (ExampleBody& body : examples) {
+    if (is_asleep(body.id)) continue;
     const DentOutcome outcome = body.settle(rigid);
     if (!outcome.finite) {
       add_event(EventKind::frozen, body.id).message =

@@ -16,6 +16,7 @@ void World::Impl::prescribe_motion() {
       rigid.set_target(body.id, pose_at(body.model.motion, time() + scene.dt));
     }
   }
+  feel_scripts();
 }
 
 contact::CollisionBody World::Impl::collision_body(const SoftBody& body) const {
@@ -23,19 +24,17 @@ contact::CollisionBody World::Impl::collision_body(const SoftBody& body) const {
           .friction = body.material().friction};
 }
 
-void World::Impl::detect_contact(StepReport& report) {
-  rows.clear();
+void World::Impl::place_for_contact() {
   collision_bodies.clear();
   collision_ids.clear();
   planes.clear();
-  if (soft.empty()) return;
-
   for (const SoftBody& body : soft) {
     collision_bodies.push_back(collision_body(body));
+    if (is_asleep(body.id)) collision_bodies.back().fixed = std::span(all_fixed).first(body.state.x.size());
     collision_ids.push_back(body.id);
   }
   const auto motion = [&](BodyId id) {
-    return contact::RigidMotion{rigid.com(id), rigid.velocity(id), rigid.angular_velocity(id), rigid.mass(id), rigid.is_moving(id)};
+    return contact::RigidMotion{rigid.com(id), rigid.velocity(id), rigid.angular_velocity(id), rigid.mass(id), rigid.is_moving(id) && !is_asleep(id)};
   };
   for (SolidBody& body : solids) {
     planes.insert(planes.end(), body.planes.begin(), body.planes.end());
@@ -55,7 +54,18 @@ void World::Impl::detect_contact(StepReport& report) {
     collision_bodies.push_back({.mesh = &body.collision, .x = body.x, .rigid = motion(body.id), .friction = body.friction});
     collision_ids.push_back(body.id);
   }
-  rows = contact::detect({collision_bodies, planes, scene.gravity, scene.dt, scene.contact}, pool);
+}
+
+void World::Impl::detect_contact(StepReport& report) {
+  rows.clear();
+  collision_bodies.clear();
+  collision_ids.clear();
+  if (soft.empty() || workload().live_bodies == 0) return;
+  do {  // again where sleepers woke: what they touch in turn
+    place_for_contact();
+    hide_far_sleepers();
+    rows = contact::detect({collision_bodies, planes, scene.gravity, scene.dt, scene.contact}, pool);
+  } while (wake_touched());
   report.contacts = static_cast<int>(rows.size());
   report.worst_penetration = std::max(report.worst_penetration, contact::deepest(rows));
 }
@@ -63,13 +73,21 @@ void World::Impl::detect_contact(StepReport& report) {
 void World::Impl::assemble() {
   // Many small bodies fill the threads one each; the passes inside a large one do so themselves.
   pool.for_chunks(static_cast<int>(soft.size()), 1, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) soft[k].assemble(scene.gravity, scene.dt, pool);
+    for (int k = begin; k < end; ++k) {
+      switch (sleepers.activity(soft[k].id)) {
+        case islands::Activity::live: soft[k].assemble(scene.gravity, scene.dt, pool); break;
+        case islands::Activity::kinematic: soft[k].assemble_kinematic(pool); break;
+        case islands::Activity::asleep: break;
+      }
+    }
   });
 }
 
 std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
   std::vector<islands::IslandBody> bodies(collision_bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const BodyId id = collision_ids[b];
+    if (!is_live(id)) continue;
     if (b < soft.size()) {
       bodies[b].system = &soft[b].system;
       bodies[b].X = &soft[b].X;
@@ -78,7 +96,6 @@ std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
       bodies[b].pieces = soft[b].pieces();
       continue;
     }
-    const BodyId id = collision_ids[b];
     if (!rigid.is_moving(id)) continue;
     islands::RigidPart part{.mass = rigid.mass(id), .inertia_W = rigid.inertia(id)};
     part.v = rigid.velocity(id);
@@ -106,15 +123,17 @@ islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland
 
 void World::Impl::solve(StepReport& report) {
   broken.assign(soft.size(), {});
+  accounts.clear();
+  composite.clear();
   if (soft.empty()) return;
   island_bodies = bodies_for_islands();
   composite = islands::composite_islands(island_bodies, std::move(rows));
   rows.clear();
+  if (composite.empty()) return;  // what the friction of sleepers was stays remembered
   // Islands that the guard lets take smaller steps come after the others.
   const auto whole = std::stable_partition(composite.begin(), composite.end(), [&](const islands::CompositeIsland& island) {
     return rung(island) < guard::Rung::sub_steps;
   });
-  accounts.clear();
   for (const islands::CompositeIsland& island : composite) open_account(island);
   const std::size_t whole_count = static_cast<std::size_t>(whole - composite.begin());
   const std::span<islands::CompositeIsland> in_one(composite.data(), whole_count);
@@ -132,7 +151,14 @@ void World::Impl::solve(StepReport& report) {
     contact::remember_friction(composite[i].rows, friction);
   }
   for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
+  keep_friction_of_sleepers(before);
   contact::sort(friction);
+}
+
+void World::Impl::follow_scripts() {
+  for (SoftBody& body : soft) {
+    if (sleepers.activity(body.id) == islands::Activity::kinematic) body.follow_script(scene.dt);
+  }
 }
 
 // What a solve over h [s] means for bodies, reports and events.
@@ -171,12 +197,15 @@ void World::Impl::take(const islands::CompositeIsland& island, const islands::Is
 }
 
 void World::Impl::plastic_flow() {
-  for (SoftBody& body : soft) body.plastic_flow(scene.dt, scene.creep_dt, pool);
+  for (SoftBody& body : soft) {
+    if (!is_asleep(body.id)) body.plastic_flow(scene.dt, scene.creep_dt, pool);
+  }
 }
 
 void World::Impl::fracture(StepReport& report) {
   bool broke = false;
   for (std::size_t b = 0; b < soft.size(); ++b) {
+    if (is_asleep(soft[b].id)) continue;
     FractureOutcome& outcome = broken[b];
     outcome += soft[b].fracture(scene.seed, step, pool);
     if (outcome.splits == 0) continue;

@@ -36,6 +36,14 @@ TEST(ToStatus, ComesBackAsTheSameError) {
   }
 }
 
+TEST(ToMessage, WhoSleepsComesBack) {
+  const WorldStatus status{.id = 3, .bodies = 9, .asleep = 4, .viewers = 2};
+  const WorldStatus back = client::from_message(to_message(status));
+  EXPECT_EQ((std::vector{back.bodies, back.asleep, back.viewers}), (std::vector{9, 4, 2}));
+  EXPECT_TRUE(client::from_message(to_message(BodyStatus{.id = 1, .asleep = true})).asleep);
+  EXPECT_FALSE(client::from_message(to_message(BodyStatus{.id = 1})).asleep);
+}
+
 TEST(ToMessage, EventsComeBackWhole) {
   const sim::Event event{.sequence = 9, .step = 4, .time = 0.5, .kind = sim::EventKind::frozen, .body = 3,
                          .point = Vec3(1, 2, 3), .magnitude = 7, .count = 5, .fragments = 6, .epoch = 8, .message = "held"};

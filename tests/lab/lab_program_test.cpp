@@ -249,6 +249,16 @@ TEST_P(LabBench, PrintsItsKeysAndTheSameHashForOneAndTwoThreads) {
   EXPECT_LT(json["tip"][1].get<double>(), 0);
 }
 
+TEST(LabBenchSleep, SaysWhoSleepsWhereSleepIsOn) {
+  const Json off = lab({"bench", "barrels", "--steps", "4"}).json();
+  EXPECT_FALSE(off.contains("sleep"));
+  const Json on = lab({"bench", "barrels", "--steps", "4", "--sleep", "on"}).json();
+  EXPECT_EQ(on["sleep"]["live_bodies"], 50);
+  EXPECT_EQ(on["sleep"]["asleep_bodies"], 0);
+  EXPECT_FALSE(on["sleep"].contains("all_asleep_at"));
+  EXPECT_EQ(lab({"bench", "barrels", "--sleep", "perhaps"}).exit_code, 2);
+}
+
 INSTANTIATE_TEST_SUITE_P(LabProgram, LabBench,
                          testing::Values(Bench{"beam", "3"}, Bench{"pile", "12"}, Bench{"panel", "6"}, Bench{"barrels", "5"}),
                          [](const auto& info) { return std::string(info.param.scene); });

@@ -44,6 +44,9 @@ TEST(SceneConvert, MissingFieldsTakeTheDefaultsOfTheScene) {
   EXPECT_EQ(got.contact.kappa, expected.contact.kappa);
   EXPECT_EQ(got.contact.recovery_steps, expected.contact.recovery_steps);
   EXPECT_EQ(got.contact.max_recovery_speed, expected.contact.max_recovery_speed);
+  EXPECT_EQ(got.sleep.speed, expected.sleep.speed);
+  EXPECT_EQ(got.sleep.time, expected.sleep.time);
+  EXPECT_EQ(got.sleep.wake_acceleration, expected.sleep.wake_acceleration);
 }
 
 TEST(SceneConvert, MissingFieldsOfARigidBodyTakeItsDefaults) {
@@ -123,6 +126,7 @@ TEST(SceneConvert, EveryFieldArrives) {
   const auto scene = convert(
       "name: 'n' gravity { z: -1 } dt: 0.004 rigid_substeps: 3 creep_dt: 0.02 rate_dt: 0.03 float_solver: true unguarded: true solver: MULTIGRID seed: 9 "
       "contact { raw_damping: true phi: 5 kappa: 6 recovery_steps: 7 max_recovery_speed: 8 } "
+      "sleep { speed: 0.5 time: 0.25 wake_acceleration: 3 } "
       "bodies { name: 'r' pose { position { x: 1 y: 2 z: 3 } } velocity { x: 4 } angular_velocity { y: 5 }"
       "  colour { r: 0.5 g: 0.25 b: 1 } opacity: 0.5"
       "  rigid { kind: KINEMATIC density: 7 mass: 8 friction: 0.9 restitution: 0.75 proxy_tets: 100"
@@ -134,7 +138,7 @@ TEST(SceneConvert, EveryFieldArrives) {
                " breakable: true toughness: 1e5 raw_toughness: true fracture_interval: 4 max_splits_per_step: 5"
                " friction: 0.6 cg_tolerance: 1e-7 cg_max_iterations: 80 }"
                " motions { nodes { ids { ids: [3, 0] } } keys { time: 1 pose { position { z: 2 } } } }") +
-      "bodies { name: 'e' example { density: 10 mass: 11 friction: 1.5 parameters { alpha: 1 beta: 2 gamma: 3"
+      "bodies { name: 'e' asleep: true example { density: 10 mass: 11 friction: 1.5 parameters { alpha: 1 beta: 2 gamma: 3"
       " lambda: 0.5 mu: 4 nu: 5 restitution: 0.25 raw_rates: true step: EQUATION_10 triangle_collision: true } asset "
       "{ " +
       kInlineAsset + " } } }");
@@ -153,6 +157,9 @@ TEST(SceneConvert, EveryFieldArrives) {
   EXPECT_EQ(scene.contact.kappa, 6);
   EXPECT_EQ(scene.contact.recovery_steps, 7);
   EXPECT_EQ(scene.contact.max_recovery_speed, 8);
+  EXPECT_EQ(scene.sleep.speed, 0.5);
+  EXPECT_EQ(scene.sleep.time, 0.25);
+  EXPECT_EQ(scene.sleep.wake_acceleration, 3);
 
   const sim::BodyDescription& r = scene.bodies.at(0);
   EXPECT_EQ(r.pose.p_WB, Vec3(1, 2, 3));
@@ -160,6 +167,8 @@ TEST(SceneConvert, EveryFieldArrives) {
   EXPECT_EQ(r.angular_velocity, Vec3(0, 5, 0));
   EXPECT_EQ(r.colour, (std::array{0.5f, 0.25f, 1.0f}));
   EXPECT_EQ(r.opacity, 0.5f);
+  EXPECT_FALSE(r.asleep);
+  EXPECT_TRUE(scene.bodies.at(2).asleep);
   const auto& rigid = std::get<sim::RigidModel>(r.model);
   EXPECT_EQ(rigid.kind, sim::RigidKind::kinematic);
   EXPECT_EQ(rigid.density, 7);

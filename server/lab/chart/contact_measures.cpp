@@ -22,6 +22,7 @@ sim::SceneDescription block_scene(const Setup& setup, double edge, double slope,
   scene.contact.recovery_steps = setup.recovery_steps;
   scene.float_solver = setup.float_solver;
   scene.solver = setup.solver;
+  scene.sleep.speed = 0;  // creep is measured
   sim::FemModel fem;
   fem.mesh = std::make_shared<sim::TetMesh>(*authoring::centred_box_mesh(Vec3::Constant(edge), {2, 2, 2}, setup.lattice));
   fem.material = {.young = 1e7, .poisson = 0.3, .density = 1000, .damping_stiffness = 0.01, .friction = friction,

@@ -75,6 +75,7 @@ struct Struck {
 
 Result<Struck> strike(const sim::BodyDescription& body, const Setup& setup) {
   sim::SceneDescription scene{.name = "dent", .gravity = Vec3::Zero(), .dt = setup.dt};
+  scene.sleep.speed = 0;
   scene.bodies.push_back(body);
   auto made = sim::World::create(scene, {.threads = setup.threads});
   if (!made) return std::unexpected(made.error());

@@ -34,6 +34,7 @@ ContactTrial::ContactTrial(const ContactMethod& method_, double dt) : method(met
   scene.dt = dt;
   scene.contact = method.settings;
   scene.unguarded = !method.guarded;  // what the method does by itself
+  scene.sleep.speed = 0;              // so that rest is the method's, too
 }
 
 BodyId ContactTrial::add_block(const BlockOptions& block) {

@@ -185,6 +185,7 @@ Outcome feedback(const Method& method, const Effort& effort) {
   model.parameters.alpha = ExampleTrial(bar_set({}), method.example).parameters.alpha;
   model.parameters.beta = 5;
   sim::SceneDescription scene{.name = "feedback", .dt = 1.0 / 250};
+  scene.sleep.speed = 0;
   sim::RigidModel ground{.kind = sim::RigidKind::fixed};
   ground.shapes.push_back({Pose{}, sim::Plane{}});
   scene.bodies.push_back({.name = "ground", .model = ground});

@@ -38,6 +38,7 @@ std::vector<int> nodes_at(const sim::TetMesh& mesh, double x) {
 sim::SceneDescription bar(const Method& method, const std::array<int, 3>& cells, const Pose& to, std::uint64_t seed) {
   sim::SceneDescription scene{.name = "bar", .gravity = Vec3::Zero(), .dt = kDt, .seed = seed};
   scene.unguarded = true;
+  scene.sleep.speed = 0;
   const Vec3 size = kEdge * Vec3(cells[0], cells[1], cells[2]);
   sim::TetMesh mesh = block(size, cells);
   for (Vec3& X : mesh.X) X -= Vec3(0, size.y() / 2, size.z() / 2);  // turns about its axis

@@ -123,6 +123,10 @@ DentOutcome ExampleBody::settle(RigidWorld& rigid) {
   return outcome;
 }
 
+bool ExampleBody::is_settled() const {
+  return state.active.empty() && shape_follows_ && (parameters_.mu <= 0 || state.restitution >= parameters_.restitution);
+}
+
 BodyTopology ExampleBody::topology(const BodyDescription& body) const {
   BodyTopology drawn{.id = id, .name = body.name, .model = BodyModel::example_based, .deformable = true};
   drawn.colour = body.colour;

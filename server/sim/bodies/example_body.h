@@ -44,6 +44,7 @@ class ExampleBody {
   // bodies may deform side by side; `settle` then hands over to `rigid`.
   void deform(double dt, double rate_dt, const ThreadPool& pool);
   DentOutcome settle(RigidWorld& rigid);
+  bool is_settled() const;             // without new impulses neither shape nor restitution would change any more
 
   BodyTopology topology(const BodyDescription& body) const;
   void capture(const Pose& X_WB, bool with_values, BodyFrame& frame) const;

@@ -125,9 +125,9 @@ void SoftBody::prescribe(double time, double dt) {
 
 void SoftBody::assemble(const Vec3& gravity, double dt, const ThreadPool& pool) {
   command_force_.resize(0);
-  if (!impulse.isZero(0)) {
+  if (pushed_) {
     command_force_ = impulse / dt;
-    impulse.setZero();
+    forget_pushes();
   }
   assemble_part(gravity, dt, pool);
 }
@@ -163,6 +163,50 @@ void SoftBody::freeze() {
   frozen = true;
   for (Vec3& v : state.v) v.setZero();
   std::fill(fixed.begin(), fixed.end(), 1);
+}
+
+double SoftBody::strongest_push() const {
+  double push = 0;
+  if (!pushed_) return push;
+  for (int n = 0; n < node_count(); ++n) {
+    if (!fixed[n]) push = std::max(push, impulse.segment<3>(3 * n).norm() / rest.node_mass[n]);
+  }
+  return push;
+}
+
+void SoftBody::forget_pushes() {
+  if (pushed_) impulse.setZero();
+  pushed_ = false;
+}
+
+double SoftBody::driven_speed() const {
+  double speed = 0;
+  for (const fem::PrescribedNode& p : prescribed_) speed = std::max(speed, p.velocity.norm());
+  return speed;
+}
+
+bool SoftBody::is_kinematic() const {
+  return std::all_of(fixed.begin(), fixed.end(), [](char is_fixed) { return is_fixed != 0; });
+}
+
+void SoftBody::stop() {
+  for (Vec3& v : state.v) v.setZero();
+  for (fem::PrescribedNode& p : prescribed_) p.velocity.setZero();
+}
+
+void SoftBody::assemble_kinematic(const ThreadPool& pool) {
+  const auto moves = [](const fem::PrescribedNode& p) { return !p.velocity.isZero(0); };
+  const bool moved = std::ranges::any_of(prescribed_before_, moves);  // what it moved in the last step is to be seen now
+  if (!moved && !std::ranges::any_of(prescribed_, moves)) return;
+  fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
+}
+
+void SoftBody::follow_script(double dt) {
+  if (frozen) return;
+  for (const fem::PrescribedNode& p : prescribed_) {
+    state.v[p.node] = p.velocity;
+    state.x[p.node] += dt * p.velocity;
+  }
 }
 
 SoftBody::Energy SoftBody::energy(const Vec3& gravity) const {
@@ -202,6 +246,7 @@ void SoftBody::plastic_flow(double dt, double creep_dt, const ThreadPool& pool) 
 }
 
 void SoftBody::push(const Vec3& impulse_W, const Vec3& point_W, double radius) {
+  pushed_ = true;
   std::vector<int> nodes;
   std::vector<double> weights;
   int nearest = 0;
@@ -222,6 +267,7 @@ void SoftBody::push(const Vec3& impulse_W, const Vec3& point_W, double radius) {
 }
 
 void SoftBody::push_nodes(const Vec3& impulse_W, std::span<const int> nodes) {
+  pushed_ = true;
   double sum = 0;
   for (int n : nodes) sum += rest.node_mass[n];
   for (int n : nodes) {

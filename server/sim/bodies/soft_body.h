@@ -64,6 +64,17 @@ class SoftBody {
   bool advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt);
   void freeze();
 
+  // Islands that sleep. Largest |impulse| asked for in this step over the mass of a free node [m/s]; largest velocity that
+  // the script asks of a node [m/s]; whether no node is free; a halt, also of what the script asked by rounding.
+  double strongest_push() const;
+  void forget_pushes();
+  double driven_speed() const;
+  bool is_kinematic() const;
+  void stop();
+  // Of a body without a free node, in place of assemble and advance: what is drawn of its stress, and its motion.
+  void assemble_kinematic(const ThreadPool& pool);
+  void follow_script(double dt);
+
   // What the guard looks at, after assemble: energies of free nodes and elements at the present state [J], and the work
   // done in the last step by commands (so far as advance was called) and, through the elements, by prescribed nodes.
   struct Energy {
@@ -117,6 +128,7 @@ class SoftBody {
   bool changed_while_prescribed_ = false;
   Eigen::VectorXd command_force_;               // 3n [N]; empty: none in this step
   double command_work_ = 0;                     // [J]
+  bool pushed_ = false;                         // `impulse` is not zero
   std::vector<fem::RotationRule> material_rotation_;  // one a material
   std::vector<double> tet_mass_;
   std::vector<double> value_scale_;             // one a material: stress drawn as 1 [Pa]

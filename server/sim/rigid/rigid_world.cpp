@@ -23,6 +23,8 @@ struct RigidWorld::Impl {
   void substep(double h, double fraction, RigidStepReport& report);
   void aim_kinematic(double h, double fraction);
   void freeze_unsound(double h, RigidStepReport& report);
+  bool wake_touched(double h, RigidStepReport& report);
+  Vec3 weight_of(const Body& body) const { return body.weightless ? Vec3(Vec3::Zero()) : gravity; }
   void combine_materials(RigidStepReport& report);
   void gather_impulses();
 
@@ -136,6 +138,7 @@ void RigidWorld::remove(BodyId id) {
 void RigidWorld::set_shape_and_mass(BodyId id, PreparedShape next) {
   Body& body = impl_->at(id);
   if (!body.is_moving()) return;
+  assert(!body.is_asleep());
   body.set_mass_properties(next.properties_);
   body.set_moving_shape(std::move(next.shape_));
 }
@@ -155,9 +158,23 @@ void RigidWorld::set_target(BodyId id, const Pose& X_WB) {
 void RigidWorld::set_friction(BodyId id, double friction) { impl_->at(id).contact.friction = friction; }
 void RigidWorld::set_restitution(BodyId id, double restitution) { impl_->at(id).contact.restitution = restitution; }
 
+void RigidWorld::sleep(BodyId id, bool carried) {
+  Body& body = impl_->at(id);
+  if (!body.is_stepped()) return;
+  body.carried = carried;
+  body.sleep();
+}
+
+void RigidWorld::wake(BodyId id) {
+  if (is_asleep(id)) impl_->at(id).wake();
+}
+
+bool RigidWorld::is_asleep(BodyId id) const { return impl_->at(id).is_asleep(); }
+
 void RigidWorld::set_pose(BodyId id, const Pose& X_WB) {
   Body& body = impl_->at(id);
   if (!body.is_moving()) return;
+  assert(!body.is_asleep());
   const Vec3 w = angular_velocity(id);
   body.set_pose(X_WB);
   body.L = world_inertia(body.R_WP, body.I) * w;
@@ -166,6 +183,7 @@ void RigidWorld::set_pose(BodyId id, const Pose& X_WB) {
 void RigidWorld::set_velocity(BodyId id, const Vec3& com_velocity, const Vec3& angular_velocity) {
   Body& body = impl_->at(id);
   if (!body.is_moving()) return;
+  assert(!body.is_asleep());
   body.v = com_velocity;
   body.L = world_inertia(body.R_WP, body.I) * angular_velocity;
 }
@@ -177,6 +195,7 @@ void RigidWorld::apply_impulse(BodyId id, const Vec3& impulse_W, const Vec3& poi
 void RigidWorld::apply_momentum(BodyId id, const Vec3& linear, const Vec3& angular) {
   Body& body = impl_->at(id);
   if (!body.is_moving()) return;
+  assert(!body.is_asleep());
   body.v += linear / body.mass;
   body.L += angular;
 }
@@ -187,6 +206,9 @@ RigidStepReport RigidWorld::step(double dt, int substeps) {
   assert(dt > 0 && substeps >= 1);
   RigidStepReport report;
   impl_->impulses.clear();
+  for (const auto& body : impl_->bodies) {
+    if (body) body->weightless = false;
+  }
   for (int m = 0; m < impl_->world.manifold_count(); ++m) {
     const btPersistentManifold& manifold = impl_->world.manifold(m);
     for (int i = 0; i < manifold.getNumContacts(); ++i) manifold.getContactPoint(i).m_userPersistentData = nullptr;
@@ -198,26 +220,64 @@ RigidStepReport RigidWorld::step(double dt, int substeps) {
 void RigidWorld::Impl::substep(double h, double fraction, RigidStepReport& report) {
   freeze_unsound(h, report);
   aim_kinematic(h, fraction);
-  for (const auto& body : bodies) {
-    if (body && body->is_moving()) body->begin_substep(gravity);
+  report.contacts = 0;
+  if (std::ranges::any_of(bodies, [](const auto& body) { return body && body->is_stepped(); })) {
+    for (const auto& body : bodies) {
+      if (body && body->is_stepped()) body->begin_substep(weight_of(*body));
+    }
+    world.detect(h);
+    while (wake_touched(h, report)) world.detect(h);
+    combine_materials(report);
+    world.solve(h);
+    gather_impulses();
   }
-  world.detect(h);
-  combine_materials(report);
-  world.solve(h);
-  gather_impulses();
   for (const auto& body : bodies) {
     if (!body) continue;
     if (body->kind() == RigidKind::kinematic) body->move_to(kinematic_next[body->contact.id]);
-    if (body->is_moving() && !body->end_substep(gravity, h)) {
+    if (body->is_stepped() && !body->end_substep(weight_of(*body), h)) {
       body->freeze();
       report.frozen.push_back(body->contact.id);
     }
   }
 }
 
+// Bodies that sleep and of which a contact would be felt in this substep. True if there were any: what they touch in turn
+// is not known yet.
+bool RigidWorld::Impl::wake_touched(double h, RigidStepReport& report) {
+  std::vector<BodyId> touched;
+  const auto velocity = [&](const Body& body, const btVector3& point) -> Vec3 {
+    if (!body.is_stepped()) return Vec3::Zero();
+    const Vec3 w = sim::angular_velocity(body.R_WP, body.I, body.L);
+    return body.v + h * weight_of(body) + w.cross(bullet::from_bullet(point) - body.x);
+  };
+  for (int m = 0; m < world.manifold_count(); ++m) {
+    const btPersistentManifold& manifold = world.manifold(m);
+    const Body& a = *bodies[bullet::contact_body(manifold.getBody0())->id];
+    const Body& b = *bodies[bullet::contact_body(manifold.getBody1())->id];
+    if (a.is_asleep() == b.is_asleep()) continue;
+    for (int i = 0; i < manifold.getNumContacts(); ++i) {
+      const btManifoldPoint& point = manifold.getContactPoint(i);
+      const Vec3 apart = velocity(a, point.getPositionWorldOnA()) - velocity(b, point.getPositionWorldOnB());
+      if (point.getDistance() + h * apart.dot(bullet::from_bullet(point.m_normalWorldOnB)) > 0) continue;
+      touched.push_back(a.is_asleep() ? a.contact.id : b.contact.id);
+      break;
+    }
+  }
+  std::ranges::sort(touched);
+  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  for (BodyId id : touched) {
+    Body& body = *bodies[id];
+    body.wake();
+    body.weightless = body.carried;
+    body.begin_substep(weight_of(body));
+    report.woken.push_back(id);
+  }
+  return !touched.empty();
+}
+
 void RigidWorld::Impl::freeze_unsound(double h, RigidStepReport& report) {
   for (const auto& body : bodies) {
-    if (!body || !body->is_moving() || body->is_sound(h)) continue;
+    if (!body || !body->is_stepped() || body->is_sound(h)) continue;
     body->freeze();
     report.frozen.push_back(body->contact.id);
   }
@@ -325,6 +385,7 @@ void RigidWorld::append_state(std::vector<double>& state) const {
     append(body->L);
     append(body->I);
     state.push_back(body->contact.restitution);
+    state.push_back(body->is_asleep() ? 1 : 0);
   }
   for (int m = 0; m < impl_->world.manifold_count(); ++m) {
     const btPersistentManifold& manifold = impl_->world.manifold(m);

@@ -31,6 +31,7 @@ struct ContactImpulse {
 
 struct RigidStepReport {
   std::vector<BodyId> frozen;    // bodies whose state became non-finite (or left the world) in this step
+  std::vector<BodyId> woken;     // bodies that were asleep and were touched
   int contacts = 0;              // contact points in the last substep
   double worst_penetration = 0;  // deepest overlap at the start of any substep [m]
 };
@@ -60,7 +61,7 @@ class PreparedShape {
 };
 
 // Rigid bodies and their contacts with each other, over Bullet 3.24 in double precision (source unmodified; this class
-// is the only one that knows it). Same calls in the same order, same bits. Nothing ever sleeps.
+// is the only one that knows it). Same calls in the same order, same bits. Nothing falls asleep by itself.
 //
 // Axes: callers speak of the body's own axes B. Inside, a moving body is kept by its centre of mass, its orientation
 // along principal axes, its velocity v of the centre of mass and its angular momentum L about it; the angular velocity
@@ -111,6 +112,14 @@ class RigidWorld {
   void apply_impulse(BodyId id, const Vec3& impulse_W, const Vec3& point_W);
   void apply_momentum(BodyId id, const Vec3& linear, const Vec3& angular);  // added to p and to L about the centre
 
+  // Takes a moving body out of the step, as if it were fixed, its velocities zero; no effect on others. It wakes by itself
+  // when a body that is stepped is about to touch it (kinematic ones do not), and may be woken. No impulse, pose or shape
+  // may be given to it meanwhile. carried: what holds it up is not in this room; if it is touched, the step in which it
+  // wakes spares it its weight, for which nobody could ask the others any more.
+  void sleep(BodyId id, bool carried);
+  void wake(BodyId id);
+  bool is_asleep(BodyId id) const;
+
   // dt > 0 [s] in `substeps` >= 1 equal parts; one part in which contact is found and solved once each.
   // A body whose state is not finite, is beyond 2e6 m or faster than 2.5e5 m per substep is frozen: it stays for good,
   // as a fixed body, where it last was.
@@ -118,7 +127,7 @@ class RigidWorld {
   const std::vector<ContactImpulse>& contact_impulses() const;
 
   bool contains(BodyId id) const;
-  bool is_moving(BodyId id) const;         // dynamic and not frozen
+  bool is_moving(BodyId id) const;         // dynamic and not frozen; asleep or not
   Pose pose(BodyId id) const;              // X_WB
   Vec3 com(BodyId id) const;               // centre of mass in W; fixed and kinematic bodies: their origin
   Vec3 velocity(BodyId id) const;          // of com() [m/s]

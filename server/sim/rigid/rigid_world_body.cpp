@@ -133,6 +133,24 @@ bool Body::end_substep(const Vec3& gravity, double h) {
 
 void Body::freeze() {
   frozen_ = true;
+  become_immovable();
+}
+
+void Body::sleep() {
+  asleep_ = true;
+  become_immovable();
+}
+
+void Body::wake() {
+  asleep_ = false;
+  btRigidBody& object = *parts_[0].object;
+  world_.forget_contacts(object);
+  world_.removeRigidBody(&object);
+  object.setMassProps(mass, to_bullet(I));
+  world_.addRigidBody(&object);
+}
+
+void Body::become_immovable() {
   v.setZero();
   L.setZero();
   btRigidBody& object = *parts_[0].object;

@@ -44,6 +44,8 @@ class Body {
 
   RigidKind kind() const { return kind_; }
   bool is_moving() const { return kind_ == RigidKind::dynamic && !frozen_; }
+  bool is_asleep() const { return asleep_; }
+  bool is_stepped() const { return is_moving() && !asleep_; }
   const Pose& X_BP() const { return X_BP_; }
   Pose pose() const;
 
@@ -52,6 +54,9 @@ class Body {
   void begin_substep(const Vec3& gravity);
   bool end_substep(const Vec3& gravity, double h);  // false: as is_sound, and nothing was changed
   void freeze();
+  // Moving bodies. Asleep they are to Bullet what fixed bodies are.
+  void sleep();
+  void wake();
 
   // Kinematic bodies: velocities towards `next`, which move_to reaches at the end of the substep.
   void aim_at(const Pose& next, double h);
@@ -66,6 +71,8 @@ class Body {
   Vec3 L = Vec3::Zero();            // moving bodies: about x
   Vec3 kinematic_w = Vec3::Zero();  // kinematic bodies
   Pose target;                      // kinematic bodies: at the end of the step
+  bool carried = false;             // asleep: by what this room does not know
+  bool weightless = false;          // woke in this step, and is carried until its end
 
  private:
   struct Part {
@@ -74,10 +81,12 @@ class Body {
     std::unique_ptr<btRigidBody> object;
   };
   void add_object(Part& part);
+  void become_immovable();
 
   DynamicsWorld& world_;
   RigidKind kind_;
   bool frozen_ = false;
+  bool asleep_ = false;
   Pose X_BP_;
   std::vector<Part> parts_;
   Vec3 w_begin_ = Vec3::Zero();  // as given to Bullet at the start of the substep

@@ -90,6 +90,22 @@ const Breach kBreaches[] = {
     {"dt_long", [](S& s) { s.dt = 0.25; }, "dt", "is 0.25, must be at most 0.2"},
     {"substeps", [](S& s) { s.rigid_substeps = 0; }, "rigid_substeps", "at least 1"},
     {"kappa", [](S& s) { s.contact.kappa = -1; }, "contact.kappa", "at least 0"},
+    {"sleep_speed", [](S& s) { s.sleep.speed = 11; }, "sleep.speed", "is 11, must be at most 10"},
+    {"sleep_time", [](S& s) { s.sleep.time = -1; }, "sleep.time", "at least 0"},
+    {"wake_nan", [](S& s) { s.sleep.wake_acceleration = kNan; }, "sleep.wake_acceleration", "must be a number"},
+    {"asleep_moves",
+     [](S& s) {
+       s.bodies[0].asleep = true;
+       s.bodies[0].angular_velocity = Vec3(0, 1, 0);
+     },
+     "bodies[0].asleep", "has a velocity"},
+    {"asleep_fixed",
+     [](S& s) {
+       rigid(s).kind = RigidKind::fixed;
+       s.script.clear();
+       s.bodies[0].asleep = true;
+     },
+     "bodies[0].asleep", "FIXED or KINEMATIC"},
     {"position", [](S& s) { s.bodies[0].pose.p_WB.x() = 2e6; }, "bodies[0].pose.position", "at most 1e+06"},
     {"position_inf", [](S& s) { s.bodies[2].pose.p_WB.z() = kInf; }, "bodies[2].pose.position.z", "finite"},
     {"rotation", [](S& s) { s.bodies[0].pose.R_WB.w() = 2; }, "bodies[0].pose.quaternion", "unit length"},

@@ -127,7 +127,7 @@ TEST(World, StagesAreTimedWhenSomebodyKeepsAClock) {
     names.push_back(stage.name);
     EXPECT_EQ(stage.ms, 1);
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"commands", "kinematic", "detect", "assemble", "guard", "solve", "rigid", "examples", "plasticity", "fracture"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"commands", "kinematic", "detect", "assemble", "guard", "solve", "rigid", "examples", "plasticity", "fracture", "sleep"}));
 }
 
 TEST(World, ABadSceneMakesNoWorld) {

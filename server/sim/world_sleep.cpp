@@ -1,0 +1,299 @@
+#include "server/sim/motion.h"
+#include "server/sim/world_impl.h"
+
+#include <algorithm>
+#include <cmath>
+
+// Islands that sleep and wake [Parker & O'Brien 2009, section 4]: what makes a body fall asleep at the end of a step, and what
+// wakes it in the course of one. Who sleeps with whom is islands/sleep.h's.
+//
+// A sleeper wakes, and its island with it, before the step is assembled: when a command gives it more than the threshold;
+// when its own scripted nodes move; when a scripted body that it touches, or whose box it is in, moves; when contact with
+// something live is found. A rigid sleeper that a rigid body runs into wakes in the rigid stage; soft bodies of its island
+// are then stepped from the next step on.
+namespace crumple::sim {
+namespace {
+
+using contact::Box3;
+using islands::Activity;
+
+constexpr int kLeastSteps = 5;         // of rest
+constexpr double kRadiusPart = 0.2;    // of speed * time: how far a body at rest may stray
+constexpr double kScriptRests = 1e-9;  // [m/s]: below it a script's velocity is rounding
+constexpr double kNear = 0.01;         // of a box's diagonal: bodies that start asleep closer than this are one island
+
+Box3 box_of(std::span<const Vec3> x) {
+  Box3 box;
+  for (const Vec3& p : x) box.extend(p);
+  return box;
+}
+
+// Where a body is in the step, unless contact holds it.
+Box3 way_of(const contact::CollisionBody& body, const Vec3& gravity, double dt) {
+  Box3 box;
+  for (std::size_t n = 0; n < body.x.size(); ++n) {
+    const Vec3 v = body.rigid ? Vec3(body.rigid->v + body.rigid->w.cross(body.x[n] - body.rigid->p_WC)) : body.v[n];
+    box.extend(body.x[n]);
+    box.extend(Vec3(body.x[n] + dt * v));
+    box.extend(Vec3(body.x[n] + dt * (v + dt * gravity)));
+  }
+  return box;
+}
+
+}  // namespace
+
+// ---- who is where ----------------------------------------------------------------------------------------------
+
+std::span<const Vec3> World::Impl::points(BodyId id) const {
+  const Place place = places[id];
+  if (place.model == BodyModel::fem) return soft[place.index].state.x;
+  return place.model == BodyModel::example_based ? examples[place.index].x : solids[place.index].x;
+}
+
+Workload World::Impl::workload() const {
+  Workload load;
+  for (BodyId id = 0; id < places.size(); ++id) {
+    load.live_bodies += is_live(id);
+    load.asleep_bodies += is_asleep(id);
+  }
+  for (const SoftBody& body : soft) {
+    const int tets = static_cast<int>(body.tets.size());
+    if (is_live(body)) load.live_tets += tets, load.live_nodes += body.node_count();
+    if (is_asleep(body.id)) load.asleep_tets += tets, load.asleep_nodes += body.node_count();
+  }
+  return load;
+}
+
+void World::Impl::start_islands() {
+  std::vector<Activity> activity(places.size(), Activity::live);
+  for (BodyId id = 0; id < places.size(); ++id) {
+    const Place place = places[id];
+    const bool moves = place.model == BodyModel::fem ? !soft[place.index].is_kinematic() : rigid.is_moving(id);
+    if (!moves) activity[id] = Activity::kinematic;
+  }
+  sleepers = islands::SleepingIslands(activity);
+  stillness.resize(places.size());
+  sleeping_box.resize(places.size());
+  disturbed.assign(places.size(), 0);
+
+  // Nothing is known of contacts yet: who starts asleep close to another is taken to lean on it.
+  std::vector<BodyId> ids;
+  std::vector<Box3> boxes;
+  for (BodyId id = 0; id < places.size(); ++id) {
+    const bool sleeps = scene.bodies[id].asleep && is_live(id);
+    const bool scripted = activity[id] == Activity::kinematic && places[id].model != BodyModel::fixed;
+    if (!sleeps && !scripted) continue;
+    const Box3 box = box_of(points(id));
+    const Vec3 margin = Vec3::Constant(kNear * box.diagonal().norm());
+    boxes.emplace_back(box.min() - margin, box.max() + margin);
+    ids.push_back(id);
+  }
+  std::vector<char> by_soft(places.size(), 0);
+  for (const auto& [a, b] : contact::sweep_and_prune(boxes)) {
+    sleepers.touch(static_cast<int>(ids[a]), static_cast<int>(ids[b]));
+    by_soft[ids[a]] |= places[ids[b]].model == BodyModel::fem;
+    by_soft[ids[b]] |= places[ids[a]].model == BodyModel::fem;
+  }
+  sleepers.remember(0);
+  for (const BodyId id : ids) {
+    if (is_live(id)) lay_down(id, by_soft[id]);
+  }
+}
+
+// ---- waking ------------------------------------------------------------------------------------------------------
+
+void World::Impl::wake(BodyId id) { roused(sleepers.wake(static_cast<int>(id))); }
+
+void World::Impl::roused(std::span<const int> woken) {
+  for (const int id : woken) {
+    stillness[id] = {};
+    if (places[id].model != BodyModel::fem) rigid.wake(id);
+  }
+}
+
+void World::Impl::feel_commands() {
+  for (SoftBody& body : soft) {
+    const bool felt = is_felt(body.strongest_push());
+    if (felt) wake(body.id);
+    disturbed[body.id] |= felt;
+    if (!is_live(body)) body.forget_pushes();
+  }
+}
+
+void World::Impl::feel_scripts() {
+  for (SoftBody& body : soft) {
+    const double speed = body.driven_speed();
+    if (speed > kScriptRests) {
+      disturbed[body.id] = 1;
+      wake(body.id);
+      if (sleepers.activity(body.id) == Activity::kinematic) {
+        feel_motion(body.id, way_of(collision_body(body), Vec3::Zero(), scene.dt));
+      }
+    } else if (speed > 0 && is_asleep(body.id)) {
+      body.stop();
+    }
+  }
+  for (const SolidBody& body : solids) {
+    if (body.model.kind != RigidKind::kinematic || body.model.motion.empty()) continue;
+    const Pose from = rigid.pose(body.id), to = pose_at(body.model.motion, time() + scene.dt);
+    const double turn = angular_velocity_between(from.R_WB, to.R_WB, scene.dt).norm();
+    Box3 box;
+    double size = 0;
+    for (const Vec3& X : body.proxy.X) {
+      box.extend(from * X);
+      box.extend(to * X);
+      size = std::max(size, X.norm());
+    }
+    if ((to.p_WB - from.p_WB).norm() / scene.dt + turn * size <= kScriptRests) continue;
+    disturbed[body.id] = 1;
+    feel_motion(body.id, box);
+  }
+}
+
+// A body moves through `box` of which the solve knows no unknowns, and contact with sleepers therefore nothing.
+void World::Impl::feel_motion(BodyId mover, const Box3& box) {
+  if (!sleepers.any_asleep()) return;
+  roused(sleepers.wake_neighbours(static_cast<int>(mover)));
+  for (BodyId id = 0; id < places.size(); ++id) {
+    if (is_asleep(id) && box.intersects(sleeping_box[id])) wake(id);
+  }
+}
+
+// Leaves those sleepers out of detection that nothing live comes near.
+void World::Impl::hide_far_sleepers() {
+  if (!sleepers.any_asleep()) return;
+  static const contact::CollisionMesh nothing;
+  std::vector<Box3> live, asleep;
+  std::vector<std::size_t> sleeper;
+  for (std::size_t b = 0; b < collision_bodies.size(); ++b) {
+    const BodyId id = collision_ids[b];
+    if (is_live(id)) live.push_back(way_of(collision_bodies[b], scene.gravity, scene.dt));
+    if (!is_asleep(id)) continue;
+    asleep.push_back(sleeping_box[id]);
+    sleeper.push_back(b);
+  }
+  std::vector<contact::IndexPair> pairs;
+  contact::sweep_and_prune(live, asleep, pairs);
+  std::vector<char> near(sleeper.size(), 0);
+  for (const auto& [a, b] : pairs) near[b] = 1;
+  for (std::size_t k = 0; k < sleeper.size(); ++k) {
+    if (near[k]) continue;
+    contact::CollisionBody& body = collision_bodies[sleeper[k]];
+    body.mesh = &nothing;
+    body.x = body.v = {};
+    body.fixed = {};
+  }
+}
+
+// Rows of sleepers: two of them, or one and what is fixed, have none, so the other side is live.
+bool World::Impl::wake_touched() {
+  if (!sleepers.any_asleep()) return false;
+  bool any = false;
+  for (const contact::ContactRow& row : rows) {
+    for (const contact::ContactSide& side : row.sides) {
+      if (side.body >= static_cast<int>(collision_ids.size()) || !is_asleep(collision_ids[side.body])) continue;
+      wake(collision_ids[side.body]);
+      any = true;
+    }
+  }
+  return any;
+}
+
+void World::Impl::keep_friction_of_sleepers(const contact::FrictionMemory& before) {
+  if (!sleepers.any_asleep()) return;
+  const auto sleeps = [&](int body) { return body < static_cast<int>(collision_ids.size()) && is_asleep(collision_ids[body]); };
+  for (const contact::FrictionMemory::Entry& entry : before.entries) {
+    if (sleeps(entry.key[0]) || sleeps(entry.key[1])) friction.entries.push_back(entry);
+  }
+}
+
+// ---- falling asleep ----------------------------------------------------------------------------------------------
+
+void World::Impl::note_contacts() {
+  const auto disturb = [&](BodyId id, BodyId mover) { disturbed[id] |= disturbed[mover] && !is_live(mover); };
+  const auto touch = [&](BodyId a, BodyId b) {
+    if (places[a].model == BodyModel::fixed || places[b].model == BodyModel::fixed) return;
+    sleepers.touch(static_cast<int>(a), static_cast<int>(b));
+    disturb(a, b);
+    disturb(b, a);
+  };
+  for (const islands::CompositeIsland& island : composite) {
+    // A chain through all of them says that they are one island as well as all their contacts do.
+    std::vector<int> members = island.soft;
+    members.insert(members.end(), island.rigid.begin(), island.rigid.end());
+    for (std::size_t k = 1; k < members.size(); ++k) touch(collision_ids[members[k - 1]], collision_ids[members[k]]);
+    for (const contact::ContactRow& row : island.rows) {
+      const int a = row.sides[0].body, b = row.sides[1].body;
+      if (b >= static_cast<int>(collision_ids.size())) continue;
+      if (!is_live(collision_ids[a]) || !is_live(collision_ids[b])) touch(collision_ids[a], collision_ids[b]);
+    }
+  }
+  for (const ContactImpulse& contact : rigid.contact_impulses()) touch(contact.a, contact.b);
+}
+
+// Looks at a live body at the end of a step. A rigid one is seen by four of its points.
+bool World::Impl::rests(BodyId id) {
+  const Place place = places[id];
+  const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time};
+  if (place.model == BodyModel::fem) {
+    islands::observe(soft[place.index].state.x, scene.dt, bounds, stillness[id]);
+  } else {
+    const bool example = place.model == BodyModel::example_based;
+    double size = 0;
+    for (const Vec3& X : example ? examples[place.index].proxy.X : solids[place.index].proxy.X) size = std::max(size, X.norm());
+    const Pose X_WB = rigid.pose(id);
+    const Vec3 seen[] = {X_WB.p_WB, X_WB * Vec3(size, 0, 0), X_WB * Vec3(0, size, 0), X_WB * Vec3(0, 0, size)};
+    islands::observe(seen, scene.dt, bounds, stillness[id]);
+    if (example && !examples[place.index].is_settled()) stillness[id].steps = 0;
+  }
+  if (disturbed[id]) stillness[id].steps = 0;
+  return stillness[id].steps >= steps_of_rest();
+}
+
+int World::Impl::steps_of_rest() const {
+  return static_cast<int>(std::clamp(std::ceil(scene.sleep.time / scene.dt - 1e-9), static_cast<double>(kLeastSteps), 1e9));
+}
+
+void World::Impl::lay_down(BodyId id, bool carried) {
+  sleepers.put_to_sleep(static_cast<int>(id));
+  stillness[id] = {};
+  const Place place = places[id];
+  if (place.model == BodyModel::fem) {
+    SoftBody& body = soft[place.index];
+    body.stop();
+    all_fixed.resize(std::max(all_fixed.size(), body.state.x.size()), 1);
+  } else {
+    rigid.sleep(id, carried);
+    if (place.model == BodyModel::example_based) examples[place.index].follow(rigid.pose(id));
+    else solids[place.index].follow(rigid.pose(id));
+  }
+  sleeping_box[id] = box_of(points(id));
+}
+
+void World::Impl::settle(StepReport& report) {
+  for (BodyId id = 0; id < places.size(); ++id) {  // frozen in this step
+    const Place place = places[id];
+    const bool held = place.model == BodyModel::fem ? soft[place.index].frozen : !rigid.is_moving(id);
+    if (held && sleepers.activity(id) != Activity::kinematic) sleepers.set_kinematic(static_cast<int>(id));
+  }
+  report.workload = workload();
+  if (scene.sleep.speed == 0 || report.workload.live_bodies == 0) return;
+  note_contacts();
+  std::vector<char> still(places.size(), 0);
+  pool.for_chunks(static_cast<int>(places.size()), 1, [&](int begin, int end) {
+    for (int id = begin; id < end; ++id)
+      if (is_live(id)) still[id] = rests(id);
+  });
+  const std::vector<int> fell = sleepers.settle(still, steps_of_rest());
+  if (fell.empty()) return;
+  std::vector<char> with_soft(places.size(), 0);
+  for (const islands::CompositeIsland& island : composite) {
+    for (const int b : island.rigid) with_soft[collision_ids[b]] = 1;
+  }
+  for (const int id : fell) lay_down(id, with_soft[id]);
+  // Whole islands fell asleep.
+  std::erase_if(accounts, [&](const IslandAccount& account) { return is_asleep(soft[account.soft[0]].id); });
+  report.workload = workload();
+}
+
+}  // namespace crumple::sim
