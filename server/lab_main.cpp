@@ -80,7 +80,8 @@ struct TrajectoryCommand {
     auto t = lab::run_trajectory(case_dir, run_name, dt, substeps, integrator, material);
     if (!t) return fail(t.error());
     Json result{{"t", t->times}, {"tip", rows(t->tip)}, {"tip_uz", t->tip_uz}, {"momentum", rows(t->momentum)},
-                {"angular_momentum", rows(t->angular_momentum)}, {"energy", t->energy}, {"snapshots", Json::object()}};
+                {"angular_momentum", rows(t->angular_momentum)}, {"kinetic", t->kinetic}, {"elastic", t->elastic},
+                {"gravitational", t->gravitational}, {"energy", t->energy}, {"snapshots", Json::object()}};
     for (const auto& [time, x] : t->snapshots) result["snapshots"][Json(time).dump()] = rows(x);
     return print(result);
   }
@@ -90,15 +91,19 @@ struct BenchCommand {
   std::string scene, lattice = "femfx", cells = "25x4x4", size = "2x0.4x0.4", damping = "0.15,0.004", sleep;
   double young = 1e7;
   int threads = 1, steps = 0;
+  bool invariants = false;
   std::uint64_t seed = 1;
-  std::string solver, precision;
+  std::string solver, precision, integrator;
   double tolerance = 0;
 
   // What the command line says in place of the scene.
-  void override_solver(sim::SceneDescription& description) const {
+  void override_scene(sim::SceneDescription& description) const {
     using sim::linear_solver::SolverKind;
     const std::map<std::string, SolverKind> kinds{{"automatic", SolverKind::automatic}, {"jacobi", SolverKind::jacobi}, {"multigrid", SolverKind::multigrid}, {"direct", SolverKind::direct}};
     if (!solver.empty()) description.solver = kinds.at(solver);
+    if (!integrator.empty()) {
+      description.integrator = integrator == "bdf2" ? sim::Integrator::bdf2 : sim::Integrator::backward_euler;
+    }
     if (!precision.empty()) description.float_solver = precision == "float";
     for (sim::BodyDescription& body : description.bodies) {
       auto* fem = std::get_if<sim::FemModel>(&body.model);
@@ -108,7 +113,7 @@ struct BenchCommand {
 
   int run() const {
     Result<sim::SceneDescription> description = std::unexpected(Error{});
-    lab::BenchmarkOptions options{.threads = threads};
+    lab::BenchmarkOptions options{.threads = threads, .invariants = invariants};
     if (scene == "beam") {
       lab::BeamOptions beam{.young = young};
       if (lattice != "femfx") beam.lattice = lattice == "kuhn" ? authoring::Lattice::kuhn : authoring::Lattice::bcc;
@@ -144,7 +149,7 @@ struct BenchCommand {
     }
     if (!description) return fail(description.error());
     if (steps > 0) options.steps = steps;
-    override_solver(*description);
+    override_scene(*description);
     if (sleep == "on") description->sleep = {};
     if (sleep == "off") description->sleep.speed = 0;
     const bool terminal = isatty(STDERR_FILENO);
@@ -218,7 +223,7 @@ int main(int argc, char** argv) {
   t->add_option("--run", trajectory.run_name)->required();
   t->add_option("--dt", trajectory.dt, "time between two entries of the result [s]")->required();
   t->add_option("--substeps", trajectory.substeps, "steps in each dt")->capture_default_str();
-  t->add_option("--integrator", trajectory.integrator)->capture_default_str();
+  t->add_option("--integrator", trajectory.integrator, "backward_euler or bdf2")->capture_default_str();
   add_material(t, trajectory.material);
   t->callback([&] { exit_code = trajectory.run(); });
 
@@ -239,6 +244,8 @@ int main(int argc, char** argv) {
   b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "multigrid", "direct"}));
   b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));
   b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));
+  b->add_option("--integrator", bench.integrator, "instead of the scene's")->check(CLI::IsMember({"backward_euler", "bdf2"}));
+  b->add_flag("--invariants", bench.invariants, "momentum, energy and work of every step");
   b->add_flag("--json", json, "the output is JSON always; accepted for scripts that say so");
   b->callback([&] { exit_code = bench.run(); });
 

@@ -69,11 +69,23 @@ Vec3 tip_displacement(const sim::World& world, const sim::SceneDescription& scen
   return sum / count;
 }
 
+void append(const sim::Invariants& now, Json& lists) {
+  const auto row = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
+  lists["momentum"].push_back(row(now.energies.momentum));
+  lists["angular_momentum"].push_back(row(now.energies.angular_momentum));
+  lists["kinetic"].push_back(now.energies.kinetic);
+  lists["elastic"].push_back(now.energies.elastic);
+  lists["gravitational"].push_back(now.energies.gravitational);
+  lists["contact_work"].push_back(now.contact_work);
+  lists["command_work"].push_back(now.command_work);
+  lists["prescribed_work"].push_back(now.prescribed_work);
+}
+
 }  // namespace
 
 Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOptions& options,
                            const std::function<void(int)>& on_step) {
-  auto made = sim::World::create(scene, {.threads = options.threads});
+  auto made = sim::World::create(scene, {.threads = options.threads, .invariants = options.invariants});
   if (!made) return std::unexpected(made.error());
   sim::World& world = **made;
   world.set_clock(now_ms);
@@ -87,6 +99,7 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
   std::map<std::string, double> stage_ms;
   double iterations = 0, residual = 0, penetration = 0;
   int capped = 0, inverted = 0, fragments = 0, splits = 0, contacts = 0, all_asleep_at = 1;
+  Json invariants;
   for (int k = 0; k < options.steps; ++k) {
     const double start = now_ms();
     const sim::StepReport report = world.step();
@@ -110,6 +123,7 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
       fragments += view.fragments;
     }
     inverted = std::max(inverted, inverted_now);
+    if (options.invariants) append(world.invariants(), invariants);
     world.take_events();
     on_step(k + 1);
   }
@@ -130,6 +144,7 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     const Vec3 tip = tip_displacement(world, scene, world.find(options.tip));
     result["tip"] = {tip.x(), tip.y(), tip.z()};
   }
+  if (options.invariants) result["invariants"] = std::move(invariants);
   return result;
 }
 

@@ -10,6 +10,7 @@ namespace crumple::lab {
 struct BenchmarkOptions {
   int threads = 1;
   int steps = 100;
+  bool invariants = false;
   std::string tip;    // body whose mean displacement at its x = max face is reported; empty: none
 };
 
@@ -18,6 +19,9 @@ struct BenchmarkOptions {
 //    "solver": {"iterations_mean", "residual_worst", "capped_steps"}, "tip": [x, y, z], "penetration_mm_worst",
 //    "inverted", "fragments", "splits", "contacts_most", "sleep": {"live_bodies", "asleep_bodies", "live_tets",
 //    "asleep_tets", "live_nodes", "asleep_nodes", "all_asleep_at"}, "state_hash", "peak_rss_mb"}
+// With `invariants` also {"invariants": {name: a list with an entry a step}}: "momentum", "angular_momentum" ([x, y, z]),
+// "kinetic", "elastic", "gravitational" [J] after the step, "contact_work", "command_work", "prescribed_work" [J] in it
+// (sim::Invariants). They are taken outside the time of the steps, but for a few per cent in "solve" and "rigid".
 // Stages are named as the lines of World::step. end: mean of the last ten steps. inverted: most tets at once that had
 // negative volume at a step's end. sleep: at the end, where the scene lets bodies sleep (or starts them so); all_asleep_at: the
 // step from which on nothing was live, if it ends so.

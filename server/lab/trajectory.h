@@ -11,14 +11,15 @@ struct Trajectory {
   std::vector<double> tip_uz;            // its displacement along z [m]
   std::vector<Vec3> momentum;            // [kg m/s]
   std::vector<Vec3> angular_momentum;    // about the origin [kg m^2/s]
-  std::vector<double> energy;            // kinetic + elastic - sum m g.x [J]
+  std::vector<double> kinetic, elastic, gravitational;  // the last is -sum m g.x [J]
+  std::vector<double> energy;            // their sum [J]
   std::vector<std::pair<double, std::vector<Vec3>>> snapshots;  // positions [m]
 };
 
-// Steps a run of case.json by linearised backward Euler, `substeps` of DT / substeps for each entry of the result,
-// undamped, every solve converged to 1e-12. A snapshot is taken at the first entry or substep that reaches its time.
-// Errors: no such run or level, a tip-less level, DT outside (0, 1] or beyond 1e7 substeps in all, an integrator other
-// than backward_euler.
+// Steps a run of case.json by linearised backward Euler ("backward_euler") or BDF2 ("bdf2"), `substeps` of DT / substeps
+// for each entry of the result, undamped, every solve converged to 1e-12. A snapshot is taken at the first entry or
+// substep that reaches its time. Nothing but what the case fixes does work: the energy falls by what the integrator damps.
+// Errors: no such run or level, a tip-less level, DT outside (0, 1] or beyond 1e7 substeps in all, another integrator.
 Result<Trajectory> run_trajectory(const std::filesystem::path& case_dir, const std::string& run, double dt, int substeps,
                                   const std::string& integrator, const MaterialOverride& material);
 

@@ -48,6 +48,18 @@ sim::linear_solver::SolverKind to_solver(int solver, Conversion& c) {
   return {};
 }
 
+sim::Integrator to_integrator(int integrator, Conversion& c) {
+  switch (integrator) {
+    case v1::Scene::BACKWARD_EULER:
+      return sim::Integrator::backward_euler;
+    case v1::Scene::BDF2:
+      return sim::Integrator::bdf2;
+    default:
+      c.breach.require(false, "integrator", "is " + std::to_string(integrator) + ", must be BACKWARD_EULER or BDF2");
+  }
+  return {};
+}
+
 void set_world(const v1::Scene& message, sim::SceneDescription& scene, Conversion& c) {
   scene.name = message.name();
   scene.gravity = to_vec3(message.has_gravity(), message.gravity(), scene.gravity);
@@ -55,6 +67,7 @@ void set_world(const v1::Scene& message, sim::SceneDescription& scene, Conversio
   if (message.has_rigid_substeps()) scene.rigid_substeps = message.rigid_substeps();
   if (message.has_creep_dt()) scene.creep_dt = message.creep_dt();
   if (message.has_rate_dt()) scene.rate_dt = message.rate_dt();
+  if (message.has_integrator()) scene.integrator = to_integrator(message.integrator(), c);
   if (message.has_float_solver()) scene.float_solver = message.float_solver();
   if (message.has_unguarded()) scene.unguarded = message.unguarded();
   scene.solver = to_solver(message.solver(), c);

@@ -4,7 +4,9 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
+#include <functional>
 
 namespace crumple::sim {
 
@@ -26,6 +28,15 @@ void ThreadPool::for_chunks(int count, int chunk, const std::function<void(int, 
     return;
   }
   impl_->arena.execute([&] { tbb::parallel_for(0, chunks, run, tbb::simple_partitioner()); });
+}
+
+bool ThreadPool::any_chunk(int count, int chunk, const std::function<bool(int, int)>& holds) const {
+  std::atomic<bool> found = false;
+  const auto look = [&](int begin, int end) {
+    if (!found.load(std::memory_order_relaxed) && holds(begin, end)) found = true;
+  };
+  for_chunks(count, chunk, std::cref(look));
+  return found;
 }
 
 }  // namespace crumple::sim

@@ -17,6 +17,8 @@ class ThreadPool {
   // Calls body(begin, end) for consecutive ranges of at most `chunk` items that cover [0, count).
   // body must only write what belongs to its range.
   void for_chunks(int count, int chunk, const std::function<void(int begin, int end)>& body) const;
+  // Whether `holds` of any of these ranges; ranges after one that does may not be asked.
+  bool any_chunk(int count, int chunk, const std::function<bool(int begin, int end)>& holds) const;
 
  private:
   struct Impl;

@@ -109,6 +109,12 @@ struct SleepSettings {
                                     // elements [m/s^2], [0, 1e6]; sleepers do not feel less
 };
 
+// How finite-element bodies go on in time.
+enum class Integrator {
+  backward_euler,  // the paper's, first order: everywhere
+  bdf2,            // second order where the motion is smooth; backward Euler where it is not (fem/bdf2.h)
+};
+
 struct SceneDescription {
   std::string name;
   Vec3 gravity{0, -9.81, 0};  // [m/s^2], |.| <= 1e4
@@ -116,6 +122,7 @@ struct SceneDescription {
   int rigid_substeps = 1;     // Bullet's steps per step, [1, 100]
   double creep_dt = 1.0 / 60; // dt_ref of creep [s] (decision 7), [1e-6, 1]
   double rate_dt = 1.0 / 250; // dt_ref of alpha and lambda [s] (decision 7), [1e-6, 1]
+  Integrator integrator = Integrator::backward_euler;
   bool float_solver = false;  // matrix in float
   linear_solver::SolverKind solver = linear_solver::SolverKind::automatic;
   bool unguarded = false;     // for studies: nothing but non-finite states is watched (guard/island_guard.h)

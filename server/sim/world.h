@@ -13,7 +13,8 @@
 namespace crumple::sim {
 
 struct WorldOptions {
-  int threads = 1;  // bits do not depend on it
+  int threads = 1;          // bits do not depend on it
+  bool invariants = false;  // keep World::invariants(); the state does not depend on it
 };
 
 // Names and wall times are the lines of World::step; the clock belongs to the caller (`StageClock`).
@@ -36,6 +37,7 @@ struct StepReport {
   int solver_iterations = 0;     // sum over the islands
   double worst_residual = 0;     // relative
   int capped_solves = 0;         // solves that ended at their cap
+  int rough_bodies = 0;          // that stepped by backward Euler where the scene's integrator is BDF2
   int splits = 0;                // nodes split by fracture
   int plastic_impulses = 0;      // above beta
   double worst_penetration = 0;  // deepest contact found at the start of the step [m]
@@ -46,6 +48,18 @@ struct Energies {
   double kinetic = 0, elastic = 0, gravitational = 0;  // [J]
   Vec3 momentum = Vec3::Zero();                        // [kg m/s]
   Vec3 angular_momentum = Vec3::Zero();                // about the origin of W [kg m^2/s]
+};
+
+// What a world has after a step, and the work that was done on what moves in that step. Energy changes by this work, less
+// what plastic flow, fracture, damping and the integrator take.
+struct Invariants {
+  Energies energies;
+  // Of contact impulses, friction and the recovery of overlaps included, on all nodes and bodies that move freely [J].
+  // Negative but where a scripted body pushes or an overlap is taken back.
+  double contact_work = 0;
+  double command_work = 0;     // of clients' and scripted commands [J]
+  double prescribed_work = 0;  // of scripts on their nodes: on the elements that hang on them, by the force at the step's
+                               // end, and on the nodes' own mass [J]
 };
 
 // What a recording or a test reads of one finite-element body.
@@ -97,6 +111,7 @@ class World {
   std::vector<Event> take_events();            // since the last call, in order
 
   Energies energies() const;
+  Invariants invariants() const;               // of the last step; zero work without WorldOptions::invariants
   FemView fem(BodyId body) const;              // body must be a finite-element body
   const Eigen::MatrixXd& example_weights(BodyId body) const;  // E, N x E; body must be example-based
 

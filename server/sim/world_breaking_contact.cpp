@@ -66,7 +66,7 @@ void World::Impl::solve_broken(const islands::CompositeIsland& island, const con
       solve_broken(piece, before, round + 1, account, report);
       continue;
     }
-    account.work += contact_work(piece, solution, unknowns);
+    account_contact(piece, solution, unknowns, account);
     take(piece, solution, scene.dt, account, report);
     contact::remember_friction(piece.rows, friction);
   }

@@ -51,6 +51,7 @@ Result<void> World::schedule(const std::vector<ScriptedCommand>& script) {
 }
 
 void World::Impl::apply_commands() {
+  work = {};
   // A time that was meant to be a step's start may miss it by rounding.
   const double now = time() + 1e-9 * scene.dt;
   disturbed.assign(places.size(), 0);
@@ -94,7 +95,9 @@ void World::Impl::push_body(BodyId body, const Vec3& impulse, const Vec3& point,
   if (felt) wake(body);
   disturbed[body] |= felt;
   if (is_asleep(body)) return;
+  const double before = rigid.kinetic_energy(body);
   rigid.apply_impulse(body, impulse, point);
+  work.rigid_commands += rigid.kinetic_energy(body) - before;
   if (place.model == BodyModel::example_based) {
     const Pose X_WB = rigid.pose(body);
     const Quat R_BW = X_WB.R_WB.conjugate();

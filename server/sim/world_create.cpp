@@ -5,6 +5,7 @@ namespace crumple::sim {
 
 Result<void> World::Impl::make_bodies() {
   places.resize(scene.bodies.size());
+  const SoftBodyOptions options{scene.integrator, scene.float_solver, !scene.unguarded};
   for (BodyId id = 0; id < scene.bodies.size(); ++id) {
     const BodyDescription& body = scene.bodies[id];
     const std::string field = text("bodies[", id, "]");
@@ -16,7 +17,7 @@ Result<void> World::Impl::make_bodies() {
     };
     Result<void> kept;
     if (const auto* fem = std::get_if<FemModel>(&body.model)) {
-      kept = keep(SoftBody::make(id, body, *fem, scene.float_solver, field + ".fem"), soft, BodyModel::fem);
+      kept = keep(SoftBody::make(id, body, *fem, options, field + ".fem"), soft, BodyModel::fem);
     } else if (const auto* example = std::get_if<ExampleModel>(&body.model)) {
       kept = keep(ExampleBody::make(id, body, *example, rigid, field + ".example"), examples, BodyModel::example_based);
     } else {

@@ -5,14 +5,6 @@
 
 // The stage that looks at what the last step did, island by island, and what it asks of this one (guard/island_guard.h).
 namespace crumple::sim {
-namespace {
-
-// Midpoint velocity of a rigid part over the solve, at a point `arm` from its centre.
-Vec3 midpoint_velocity(const islands::RigidPart& before, const islands::RigidVelocity& after, const Vec3& arm) {
-  return 0.5 * (before.v + after.v) + 0.5 * (before.w + after.w).cross(arm);
-}
-
-}  // namespace
 
 guard::Rung World::Impl::rung(const islands::CompositeIsland& island) const {
   guard::Rung highest = guard::Rung::normal;
@@ -30,29 +22,13 @@ void World::Impl::open_account(const islands::CompositeIsland& island) {
   accounts.push_back(std::move(account));
 }
 
-// What rigid bodies do on soft ones through contacts, and what the recovery of overlaps may do: n lambda_n target. The
-// rest of a row takes energy or hands it from one soft body of the island to another.
-double World::Impl::contact_work(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
-                                 std::span<const islands::IslandBody> bodies) const {
-  double work = 0;
-  for (const contact::ContactRow& row : island.rows) {
-    if (!row.active) continue;
-    const Vec3 impulse = row.impulse();
-    work += row.lambda_n * std::max(0.0, row.target) - impulse.dot(row.known_velocity);
-    for (int side = 0; side < 2; ++side) {
-      if (!row.sides[side].rigid) continue;
-      const auto after = std::ranges::find(solution.rigid, row.sides[side].body, &islands::RigidVelocity::body);
-      if (after == solution.rigid.end()) continue;
-      const Vec3 v = midpoint_velocity(*bodies[after->body].rigid, *after, row.sides[side].arm);
-      work += (side == 0 ? -1 : 1) * impulse.dot(v);
-    }
-  }
-  return work;
-}
-
 void World::Impl::watch() {
   soft_energy.assign(soft.size(), {});
-  if (scene.unguarded) return;
+  if (!scene.unguarded) look_at_accounts();
+  for (SoftBody& body : soft) body.begin_account();
+}
+
+void World::Impl::look_at_accounts() {
   for (std::size_t b = 0; b < soft.size(); ++b) {
     if (!soft[b].frozen && is_live(soft[b])) soft_energy[b] = soft[b].energy(scene.gravity);
   }
@@ -68,7 +44,7 @@ void World::Impl::watch() {
       now += soft_energy[b].moving + soft_energy[b].gravitational;
       island.energy += soft_energy[b].moving;
       island.mass += soft[b].rest.mass();
-      work += soft[b].command_work() + soft[b].prescribed_work(scene.dt);
+      work += soft[b].command_work() + soft[b].prescribed_work();
       holds = holds && soft[b].balance_holds();
     }
     if (holds) island.surplus = now - account.energy - work;
@@ -92,7 +68,6 @@ void World::Impl::watch() {
       add_event(EventKind::frozen, soft[b].id).message = text(name, " gains energy that nothing gives it and is held where it is");
     }
   }
-  for (SoftBody& body : soft) body.begin_account();
 }
 
 void World::Impl::sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before,
@@ -121,7 +96,7 @@ void World::Impl::sub_step(const islands::CompositeIsland& island, const contact
     for (islands::CompositeIsland& piece : now) {
       const islands::IslandSolution solution = islands::solve(piece, unknowns, solve_options(piece), memory, pool);
       contact::remember_friction(piece.rows, next);
-      account.work += contact_work(piece, solution, unknowns);
+      account_contact(piece, solution, unknowns, account);
       take(piece, solution, h, account, report);
       for (const islands::RigidVelocity& after : solution.rigid) {
         unknowns[after.body].rigid->v = after.v;

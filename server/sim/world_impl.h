@@ -17,7 +17,8 @@
 namespace crumple::sim {
 
 struct World::Impl {
-  explicit Impl(const WorldOptions& options, const RigidSettings& settings) : pool(options.threads), rigid(settings) {}
+  explicit Impl(const WorldOptions& options, const RigidSettings& settings)
+      : keeps_invariants(options.invariants), pool(options.threads), rigid(settings) {}
 
   // Where a body's data is.
   struct Place {
@@ -30,6 +31,7 @@ struct World::Impl {
   };
 
   SceneDescription scene;
+  bool keeps_invariants;
   ThreadPool pool;
   std::vector<Place> places;  // by BodyId
   std::vector<SoftBody> soft;
@@ -75,6 +77,11 @@ struct World::Impl {
   std::vector<char> disturbed;                           // by BodyId: commands or scripts move it in this step
   std::vector<contact::Box3> sleeping_box;               // by BodyId, of those that are asleep
   std::vector<char> all_fixed;                           // ones: no node of a sleeper is an unknown
+  struct Work {
+    double contact = 0;                                  // [J]
+    double rigid_commands = 0;                           // on rigid and example-based bodies [J]
+  };
+  Work work;                                             // in this step; kept if keeps_invariants
 
   double time() const { return static_cast<double>(step) * scene.dt; }
 
@@ -87,6 +94,7 @@ struct World::Impl {
   void detect_contact(StepReport& report);
   void assemble();
   void watch();
+  void look_at_accounts();
   void solve(StepReport& report);
   void follow_scripts();
   void step_rigid(StepReport& report);
@@ -137,6 +145,16 @@ struct World::Impl {
   contact::CollisionBody collision_body(const SoftBody& body) const;
   double contact_work(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
                       std::span<const islands::IslandBody> bodies) const;
+  // Of all impulses of contact on all unknowns of an island, at their midpoint velocities [J].
+  double work_on_unknowns(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
+                          std::span<const islands::IslandBody> bodies) const;
+  void account_contact(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
+                       std::span<const islands::IslandBody> bodies, IslandAccount& account);
+  struct RigidTotals {
+    double kinetic = 0;            // [J]
+    Vec3 momentum = Vec3::Zero();  // [kg m/s]
+  };
+  RigidTotals rigid_totals() const;  // of all rigid and example-based bodies that move freely
 
   void apply(const Command& command);
   void push_body(BodyId body, const Vec3& impulse, const Vec3& point, double radius);

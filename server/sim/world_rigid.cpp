@@ -8,7 +8,13 @@ namespace crumple::sim {
 
 void World::Impl::step_rigid(StepReport& report) {
   if (solids.empty() && examples.empty()) return;
+  const RigidTotals before = keeps_invariants ? rigid_totals() : RigidTotals{};
   const RigidStepReport outcome = rigid.step(scene.dt, scene.rigid_substeps);
+  if (keeps_invariants) {  // what gravity does not explain
+    const RigidTotals after = rigid_totals();
+    const double fall = scene.dt * scene.gravity.dot(0.5 * (before.momentum + after.momentum));
+    work.contact += after.kinetic - before.kinetic - fall;
+  }
   report.worst_penetration = std::max(report.worst_penetration, outcome.worst_penetration);
   for (BodyId id : outcome.frozen) {
     add_event(EventKind::frozen, id).message =

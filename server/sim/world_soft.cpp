@@ -71,6 +71,11 @@ void World::Impl::detect_contact(StepReport& report) {
 }
 
 void World::Impl::assemble() {
+  for (const contact::ContactRow& row : rows) {
+    for (const contact::ContactSide& side : row.sides) {
+      if (side.body < static_cast<int>(soft.size())) soft[side.body].restart();
+    }
+  }
   // Many small bodies fill the threads one each; the passes inside a large one do so themselves.
   pool.for_chunks(static_cast<int>(soft.size()), 1, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
@@ -111,7 +116,8 @@ islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland
   islands::IslandOptions options{.solve = {0.5, 1}, .may_pull = scene.contact.raw_damping, .solver = scene.solver};
   for (int b : island.soft) {
     const fem::FemMaterial& material = soft[b].material();
-    options.solve.tolerance = std::min(options.solve.tolerance, material.cg_tolerance);
+    const double share = fem::remembers(soft[b].state) ? fem::kBdf2Tolerance : 1;
+    options.solve.tolerance = std::min(options.solve.tolerance, share * material.cg_tolerance);
     options.solve.max_iterations = std::max(options.solve.max_iterations, material.cg_max_iterations);
   }
   if (rung(island) >= guard::Rung::more_iterations) {
@@ -146,13 +152,14 @@ void World::Impl::solve(StepReport& report) {
       solve_broken(composite[i], before, 0, accounts[i], report);
       continue;
     }
-    accounts[i].work += contact_work(composite[i], solutions[i], island_bodies);
+    account_contact(composite[i], solutions[i], island_bodies, accounts[i]);
     take(composite[i], solutions[i], scene.dt, accounts[i], report);
     contact::remember_friction(composite[i].rows, friction);
   }
   for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
   keep_friction_of_sleepers(before);
   contact::sort(friction);
+  report.rough_bodies = static_cast<int>(std::ranges::count_if(soft, &SoftBody::was_rough));
 }
 
 void World::Impl::follow_scripts() {

@@ -179,7 +179,7 @@ TEST_F(LabProgram, AFreeBodyFallsByTheDiscreteParabola) {
   EXPECT_EQ(ran.exit_code, 0);
   EXPECT_EQ(ran.more, "");
   const Json json = ran.json();
-  for (const char* key : {"t", "tip", "tip_uz", "momentum", "angular_momentum", "energy"}) EXPECT_EQ(json[key].size(), 11u) << key;
+  for (const char* key : {"t", "tip", "tip_uz", "momentum", "angular_momentum", "kinetic", "elastic", "gravitational", "energy"}) EXPECT_EQ(json[key].size(), 11u) << key;
   ASSERT_TRUE(json["snapshots"].contains("0.25") && json["snapshots"].contains("0.5")) << json["snapshots"].dump();
   EXPECT_EQ(json["snapshots"]["0.5"].size(), 4u);
   EXPECT_EQ(json["snapshots"]["0.5"][3], json["tip"][10]);
@@ -196,6 +196,19 @@ TEST_F(LabProgram, AFreeBodyFallsByTheDiscreteParabola) {
     const double vz = -g * n * dt, x = 0.25 + n * dt, z = 0.25 - fallen;
     EXPECT_NEAR(json["angular_momentum"][k][1].get<double>(), mass * (z - x * vz), 1e-8 * mass);
     EXPECT_NEAR(json["energy"][k].get<double>(), mass * (0.5 + 0.5 * vz * vz + g * z), 1e-8 * mass);
+  }
+}
+
+// A parabola that BDF2's first step, one of backward Euler, has shifted by 3/4 g dt^2.
+TEST_F(LabProgram, AFreeBodyFallsByTheParabolaIfItGoesByBdf2) {
+  constexpr double dt = 0.01, g = 9.81;
+  const Ran ran = lab({"trajectory", dir(), "--run", "fall", "--dt", "0.05", "--substeps", "5", "--integrator", "bdf2"});
+  EXPECT_EQ(ran.exit_code, 0) << ran.more;
+  const Json json = ran.json();
+  for (int k = 0; k <= 10; ++k) {
+    const double t = 0.05 * k, shift = 0.75 * (1 - std::pow(3.0, -5 * k)) * g * dt * dt;
+    EXPECT_NEAR(json["tip_uz"][k].get<double>(), -g * t * t / 2 - shift, 1e-11);
+    EXPECT_NEAR(json["momentum"][k][2].get<double>(), -1000.0 / 6 * g * t, 1e-7);
   }
 }
 
@@ -257,6 +270,22 @@ TEST(LabBenchSleep, SaysWhoSleepsWhereSleepIsOn) {
   EXPECT_EQ(on["sleep"]["asleep_bodies"], 0);
   EXPECT_FALSE(on["sleep"].contains("all_asleep_at"));
   EXPECT_EQ(lab({"bench", "barrels", "--sleep", "perhaps"}).exit_code, 2);
+}
+
+TEST(LabBenchInvariants, HaveAnEntryAStepAndChangeNoBits) {
+  const Ran plain = lab({"bench", "beam", "--steps", "4", "--integrator", "bdf2"});
+  const Ran asked = lab({"bench", "beam", "--steps", "4", "--integrator", "bdf2", "--invariants"});
+  ASSERT_EQ(asked.exit_code, 0) << asked.more;
+  EXPECT_FALSE(plain.json().contains("invariants"));
+  const Json json = asked.json();
+  EXPECT_EQ(json["state_hash"], plain.json()["state_hash"]);
+  EXPECT_NE(json["state_hash"], lab({"bench", "beam", "--steps", "4"}).json()["state_hash"]);
+  for (const char* key : {"momentum", "angular_momentum", "kinetic", "elastic", "gravitational", "contact_work", "command_work",
+                          "prescribed_work"}) {
+    EXPECT_EQ(json["invariants"][key].size(), 4u) << key;
+  }
+  EXPECT_LT(json["invariants"]["momentum"][3][1].get<double>(), 0);
+  EXPECT_GT(json["invariants"]["kinetic"][3].get<double>(), 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(LabProgram, LabBench,

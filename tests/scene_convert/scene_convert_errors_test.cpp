@@ -52,6 +52,7 @@ const Bad kBad[] = {
     {"young", FEM("box {}", "material { young: nan }"), "bodies[0].fem.material.young", "nan"},
     {"toughness", FEM("box {}", "material { toughness: -3 }"), "bodies[0].fem.material.toughness", "above 0"},
     {"solver", "solver: 9", "solver", "is 9"},
+    {"integrator", "integrator: 5", "integrator", "is 5"},
     {"rotation_rule", FEM("box {}", "material { rotation: 5 }"), "bodies[0].fem.material.rotation", "is 5"},
     {"flow_rule", FEM("box {}", "material { flow: 5 }"), "bodies[0].fem.material.flow",
      "is 5, must be ADDITIVE or DEVIATORIC"},

@@ -35,6 +35,7 @@ TEST(SceneConvert, MissingFieldsTakeTheDefaultsOfTheScene) {
   EXPECT_EQ(got.rigid_substeps, expected.rigid_substeps);
   EXPECT_EQ(got.creep_dt, expected.creep_dt);
   EXPECT_EQ(got.rate_dt, expected.rate_dt);
+  EXPECT_EQ(got.integrator, expected.integrator);
   EXPECT_EQ(got.float_solver, expected.float_solver);
   EXPECT_EQ(got.unguarded, expected.unguarded);
   EXPECT_EQ(got.solver, expected.solver);
@@ -124,7 +125,7 @@ TEST(SceneConvert, MissingFieldsOfAnExampleBodyTakeItsDefaults) {
 // Every scalar at a value that is not its default.
 TEST(SceneConvert, EveryFieldArrives) {
   const auto scene = convert(
-      "name: 'n' gravity { z: -1 } dt: 0.004 rigid_substeps: 3 creep_dt: 0.02 rate_dt: 0.03 float_solver: true unguarded: true solver: MULTIGRID seed: 9 "
+      "name: 'n' gravity { z: -1 } dt: 0.004 rigid_substeps: 3 creep_dt: 0.02 rate_dt: 0.03 integrator: BDF2 float_solver: true unguarded: true solver: MULTIGRID seed: 9 "
       "contact { raw_damping: true phi: 5 kappa: 6 recovery_steps: 7 max_recovery_speed: 8 } "
       "sleep { speed: 0.5 time: 0.25 wake_acceleration: 3 } "
       "bodies { name: 'r' pose { position { x: 1 y: 2 z: 3 } } velocity { x: 4 } angular_velocity { y: 5 }"
@@ -148,6 +149,7 @@ TEST(SceneConvert, EveryFieldArrives) {
   EXPECT_EQ(scene.rigid_substeps, 3);
   EXPECT_EQ(scene.creep_dt, 0.02);
   EXPECT_EQ(scene.rate_dt, 0.03);
+  EXPECT_EQ(scene.integrator, sim::Integrator::bdf2);
   EXPECT_TRUE(scene.float_solver);
   EXPECT_TRUE(scene.unguarded);
   EXPECT_EQ(scene.solver, sim::linear_solver::SolverKind::multigrid);

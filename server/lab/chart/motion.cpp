@@ -1,7 +1,7 @@
 #include "server/lab/chart/motion.h"
 
 #include "server/lab/chart/stage_split.h"
-#include "server/sim/fem/implicit_euler.h"
+#include "server/sim/fem/bdf2.h"
 #include "server/sim/linear_solver/cholesky.h"
 #include "server/sim/state_hash.h"
 #include "server/sim/world.h"
@@ -106,15 +106,21 @@ Result<Motion> step_directly(const sim::SceneDescription& scene, double end, con
   Motion motion;
   const sim::ThreadPool pool(1);
   fem::StepScratch scratch;
+  fem::Bdf2Scratch bdf2;
+  const bool two_steps = scene.integrator == sim::Integrator::bdf2;
   sim::linear_solver::Cholesky solver;
   const double from = now_seconds();
   for (int s = 0; s < sample_count(end); ++s) {
     for (int k = 0; k < steps_a_sample(scene.dt); ++k) {
-      fem::assemble(*rest, model.mesh->tets, state, f_ext, scene.dt, held, pool, scratch.system);
+      if (two_steps) fem::restart_near_inversion(*rest, model.mesh->tets, scene.dt, pool, state);
+      const fem::StepFormula formula = fem::remembers(state) ? fem::bdf2_formula(state, scene.dt, held, bdf2)
+                                                             : fem::backward_euler_formula(state, scene.dt);
+      fem::assemble(*rest, model.mesh->tets, state, formula, f_ext, held, pool, scratch.system);
       if (!solver.factor(std::get<sim::linear_solver::BlockSparseMatrix<double>>(scratch.system.A))) {
         return std::unexpected(Error{ErrorCode::internal, "direct reference", "is not positive definite"});
       }
-      fem::advance(solver.solve(scratch.system.b), scene.dt, state);
+      fem::advance_bdf2(solver.solve(scratch.system.b), scene.dt, scratch.system.prescribed, state);
+      if (!two_steps) fem::forget(state);
     }
     sample(start, state.x, rest->node_mass, probe, motion);
   }

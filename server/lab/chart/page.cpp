@@ -98,7 +98,7 @@ std::string cheapest_table(const std::vector<Drawn>& drawn) {
   std::ostringstream out;
   out << "<table><tr><th>scene</th><th>10 %</th><th>3 %</th><th>1 %</th></tr>\n";
   for (const Drawn& d : drawn) {
-    const bool fits = d.study->kind == FigureKind::work_precision || d.study->kind == FigureKind::pareto;
+    const bool fits = d.study->ranked && (d.study->kind == FigureKind::work_precision || d.study->kind == FigureKind::pareto);
     if (!fits || d.points.empty()) continue;
     if (d.study->scene_a_curve) {
       for (const Curve& curve : d.study->curves) {

@@ -5,6 +5,7 @@
 #include "server/lab/static_solve.h"
 #include "server/sim/fem/fem_material.h"
 #include "server/sim/linear_solver/solver_kind.h"
+#include "server/sim/scene.h"
 
 #include <cstdint>
 #include <functional>
@@ -26,6 +27,7 @@ struct Setup {
   sim::linear_solver::SolverKind solver = sim::linear_solver::SolverKind::automatic;
   Precision precision = Precision::double_;  // of a static solve's factor
   sim::fem::RotationRule rotation = sim::fem::RotationRule::svd;
+  sim::Integrator integrator = sim::Integrator::backward_euler;
   int threads = 1;
   authoring::Lattice lattice = authoring::Lattice::kuhn;
   int cells = 4;                   // across the thickness of a beam, along an edge of a block

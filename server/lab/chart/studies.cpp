@@ -6,6 +6,7 @@ namespace crumple::lab::chart {
 namespace {
 
 using authoring::Lattice;
+using sim::Integrator;
 using sim::fem::RotationRule;
 using sim::linear_solver::SolverKind;
 
@@ -27,7 +28,8 @@ Study solver() {
               {"multigrid, float matrix, tolerance", knobs::cg_tolerance(), {.float_solver = true, .solver = SolverKind::multigrid}},
               {"multigrid, polar + QR, tolerance", knobs::cg_tolerance(), {.solver = SolverKind::multigrid, .rotation = RotationRule::polar_qr}},
               {"block-Jacobi, cap, no guard", knobs::cg_cap(), {.solver = SolverKind::jacobi}},
-              {"block-Jacobi, cap, guarded", knobs::cg_cap(true), {.solver = SolverKind::jacobi}}};
+              {"block-Jacobi, cap, guarded", knobs::cg_cap(true), {.solver = SolverKind::jacobi}},
+              {"direct", {"-", {{1, "direct"}}, [](Setup&, double) {}}, {.solver = SolverKind::direct}, 0, "a direct solve has nothing to set"}};
   for (const std::size_t c : {std::size_t{3}, std::size_t{5}}) {
     for (KnobValue& v : s.curves[c].knob.values) v.heavy = true;
   }
@@ -45,7 +47,9 @@ Study time(const Workshop& w) {
   s.curves = {{"backward Euler, solved to 1e-8", knobs::dt(), {.cg_tolerance = 1e-8}, 1},
               {"backward Euler, solved to 1e-3", knobs::dt(), {}, 1},
               {"backward Euler, float matrix, 1e-8", knobs::dt(), {.cg_tolerance = 1e-8, .float_solver = true}, 1},
-              {"backward Euler, polar + QR, 1e-8", knobs::dt(), {.cg_tolerance = 1e-8, .rotation = RotationRule::polar_qr}, 1}};
+              {"backward Euler, polar + QR, 1e-8", knobs::dt(), {.cg_tolerance = 1e-8, .rotation = RotationRule::polar_qr}, 1},
+              {"BDF2, solved to 1e-8", knobs::dt(), {.cg_tolerance = 1e-8, .integrator = Integrator::bdf2}, 2},
+              {"BDF2, solved to 1e-3", knobs::dt(), {.integrator = Integrator::bdf2}, 0}};
   return s;
 }
 
@@ -135,6 +139,7 @@ Study law_cases(const Workshop& w) {
   s.scene = "Stored cases at large deflection: the elastica, a bar twisted by 45 degrees, the hung bunny.";
   s.reference = "CalculiX with St. Venant-Kirchhoff on the same mesh; relative L2 of the displacement.";
   s.measure = law_gap_of_case();
+  s.ranked = false;
   s.real_time = false;
   s.error_axis = "relative gap of the displacement";
   s.cost_axis = "wall seconds of a solve";
@@ -278,11 +283,13 @@ Study pareto() {
     Lattice lattice;
     int cells;
     bool heavy;
+    Integrator integrator = Integrator::backward_euler;
   };
   for (const Row& r : {Row{"Kuhn 6x1x1", Lattice::kuhn, 1, true}, {"Kuhn 12x2x2", Lattice::kuhn, 2, false}, {"Kuhn 25x4x4", Lattice::kuhn, 4, true},
                        {"BCC 6x1x1", Lattice::bcc, 1, false}, {"BCC 12x2x2", Lattice::bcc, 2, false}, {"BCC 18x3x3", Lattice::bcc, 3, false},
-                       {"BCC 24x4x4", Lattice::bcc, 4, true}}) {
-    Curve curve{r.name, grid, {.lattice = r.lattice, .cells = r.cells}};
+                       {"BCC 24x4x4", Lattice::bcc, 4, true}, {"BCC 12x2x2, BDF2", Lattice::bcc, 2, false, Integrator::bdf2},
+                       {"BCC 24x4x4, BDF2", Lattice::bcc, 4, true, Integrator::bdf2}}) {
+    Curve curve{r.name, grid, {.integrator = r.integrator, .lattice = r.lattice, .cells = r.cells}};
     if (r.heavy) {
       for (KnobValue& v : curve.knob.values) v.heavy = true;
     }
@@ -338,8 +345,8 @@ std::vector<Study> studies(const Workshop& w) {
 }
 
 std::vector<NotBuilt> not_built() {
-  return {{"integrators: BDF2, Newmark, TR-BDF2, backward Euler with a full Newton solve, explicit", "only linearised backward Euler exists"},
-          {"solvers: factor kept as preconditioner, direct solve inside a step", "conjugate gradients with block-Jacobi or multigrid run in a step"},
+  return {{"integrators: Newmark, TR-BDF2, backward Euler with a full Newton solve, explicit", "only linearised backward Euler and BDF2 exist"},
+          {"solvers: factor kept as preconditioner", "conjugate gradients with block-Jacobi or multigrid run in a step, or a factorisation of its own system"},
           {"elements: quadratic tets, hexahedra, edge-smoothed lattices, nodal-averaged pressure", "only linear tets exist"},
           {"materials: St. Venant-Kirchhoff, stable neo-Hookean", "only the corotational law exists"},
           {"codec levels of zstd", "one level is built in; compression is on or off"}};

@@ -62,6 +62,7 @@ struct Study {
   std::vector<std::string> statistics;     // of an ensemble: quantities, in order of the panels
   std::string unmet;              // why the whole study cannot run; it then stands in the page with this sentence, or
                                   // with the points that an earlier run has left
+  bool ranked = true;             // a small error is a good one; false: a gap between two models, neither of them the truth
   bool scene_a_curve = false;     // each curve is a scene of its own: its cheapest setting is looked for apart
   bool seeds = false;             // runs are seeds, not repeats
 };

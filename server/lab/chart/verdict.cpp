@@ -75,7 +75,10 @@ std::string cheaper_models(const Study& study, const std::vector<Point>& points)
       }
       met += text(met.empty() ? " " : ", ", tightest > 0 ? text("meets ", as_error(tightest)) : std::string("does not meet 10 %"), " in ", what);
     }
-    out += text(" ", curve.base.body == BodyKind::rigid ? "A rigid body" : curve.name, met, ".");
+    std::string name = curve.base.body == BodyKind::rigid ? "A rigid body" : curve.name;
+    // "..., alpha": the knob is no part of the model's name.
+    if (const auto comma = name.rfind(", "); comma != std::string::npos && curve.knob.name.starts_with(name.substr(comma + 2))) name.resize(comma);
+    out += text(" ", name, met, ".");
   }
   return out;
 }
@@ -140,8 +143,8 @@ std::string of_values(const Study& study, const std::vector<Point>& points) {
   for (const Curve& curve : study.curves) {
     const auto mine = of_curve(points, curve.name);
     if (mine.empty()) continue;
-    out += text(" ", curve.name, ": ", as_error(mine.front()->median("error")), " at ", mine.front()->label, ", ",
-                as_error(mine.back()->median("error")), " at ", mine.back()->label, ".");
+    const auto at = [](const Point& p) { return text(as_error(p.median("error")), " at ", p.label); };
+    out += text(" ", curve.name, ": ", at(*mine.front()), mine.size() > 1 ? ", " + at(*mine.back()) : "", ".");
   }
   return out;
 }
@@ -199,7 +202,7 @@ std::string as_error(double error) {
 
 std::string as_seconds(double seconds) {
   if (std::isnan(seconds)) return "not timed";
-  if (seconds < 1e-3) return digits(1e6 * seconds, 2) + " us";
+  if (seconds < 1e-3) return digits(1e6 * seconds, 3) + " us";
   if (seconds < 1) return digits(1e3 * seconds, 3) + " ms";
   return digits(seconds, 3) + " s";
 }
@@ -252,7 +255,7 @@ std::string conclusion(const Study& study, const std::vector<Point>& points) {
   if (points.empty()) return study.unmet.empty() ? "Nothing of this study has been run." : study.unmet;
   std::string out;
   switch (study.kind) {
-    case FigureKind::work_precision: out = thresholds(study, points) + cheaper_models(study, points); break;
+    case FigureKind::work_precision: out = study.ranked ? thresholds(study, points) + cheaper_models(study, points) : of_values(study, points); break;
     case FigureKind::pareto: out = of_pareto(study, points); break;
     case FigureKind::against_value: out = of_values(study, points); break;
     case FigureKind::cost: out = of_costs(study, points); break;

@@ -88,6 +88,19 @@ std::vector<Mode> free_modes(const SoftTrial& trial, int count) {
   return modes;
 }
 
+ModeState mode_after(sim::Integrator integrator, double omega2, double load, ModeState now, double dt, int steps) {
+  ModeState before = now;
+  for (int k = 0; k < steps; ++k) {
+    const bool two_steps = k > 0 && integrator == sim::Integrator::bdf2;
+    const double third = two_steps ? 1.0 / 3 : 0, h = two_steps ? 2 * dt / 3 : dt;
+    const double q = now.q + third * (now.q - before.q), v = now.v + third * (now.v - before.v);
+    before = now;
+    now.v = (v + h * (load - omega2 * q)) / (1 + h * h * omega2);
+    now.q = q + h * now.v;
+  }
+  return now;
+}
+
 double energy_by_modes(const SoftTrial& trial, double dt, int steps) {
   const std::vector<int> held = held_dofs(trial);
   std::vector<int> free;
@@ -99,14 +112,14 @@ double energy_by_modes(const SoftTrial& trial, double dt, int steps) {
   const Eigen::MatrixXd full = stiffness(trial), K = full(free, free);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(root.asDiagonal() * K * root.asDiagonal());
   const Eigen::VectorXd f = trial.force(free);
-  const Eigen::ArrayXd load = (solver.eigenvectors().transpose() * root.cwiseProduct(f)).array(),
-                       omega2 = solver.eigenvalues().array();
-  Eigen::ArrayXd q = Eigen::ArrayXd::Zero(load.size()), v = q;
-  for (int k = 0; k < steps; ++k) {
-    v = (v + dt * (load - omega2 * q)) / (1 + dt * dt * omega2);
-    q += dt * v;
+  const Eigen::VectorXd load = solver.eigenvectors().transpose() * root.cwiseProduct(f);
+  double energy = 0;
+  for (Eigen::Index k = 0; k < load.size(); ++k) {
+    const double omega2 = solver.eigenvalues()(k);
+    const ModeState mode = mode_after(trial.method.integrator, omega2, load(k), {}, dt, steps);
+    energy += 0.5 * (mode.v * mode.v + omega2 * mode.q * mode.q);
   }
-  return 0.5 * (v.square() + omega2 * q.square()).sum();
+  return energy;
 }
 
 }  // namespace crumple::lab::stability

@@ -22,9 +22,16 @@ struct Mode {
 };
 std::vector<Mode> free_modes(const SoftTrial& trial, int count);
 
+// A linear mode q'' = load - omega^2 q after `steps` steps of an integrator's formula. Backward Euler: v+ = (v + dt (load -
+// omega^2 q)) / (1 + (omega dt)^2), q+ = q + dt v+ [FORMULAS F2]. BDF2: the same after a first step of that with 4/3 q - 1/3
+// q_before for q, 4/3 v - 1/3 v_before for v and 2/3 dt for dt.
+struct ModeState {
+  double q = 0, v = 0;
+};
+ModeState mode_after(sim::Integrator integrator, double omega2, double load, ModeState start, double dt, int steps);
+
 // Kinetic and elastic energy [J] of a body that starts at rest under its trial's forces and nodes held fixed, after
-// `steps` steps of backward Euler in small deflection: mode by mode, v+ = (v + dt (f - omega^2 q)) / (1 + (omega
-// dt)^2), q+ = q + dt v+, which is FORMULAS F2 with a load. For some hundred nodes.
+// `steps` steps of its method's integrator in small deflection: mode by mode. For some hundred nodes.
 double energy_by_modes(const SoftTrial& trial, double dt, int steps);
 
 }  // namespace crumple::lab::stability

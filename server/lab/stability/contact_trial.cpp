@@ -33,6 +33,7 @@ sim::TetMesh disc_mesh(double diameter, double thickness, const std::array<int, 
 ContactTrial::ContactTrial(const ContactMethod& method_, double dt) : method(method_) {
   scene.dt = dt;
   scene.contact = method.settings;
+  scene.integrator = method.integrator;
   scene.unguarded = !method.guarded;  // what the method does by itself
   scene.sleep.speed = 0;              // so that rest is the method's, too
 }

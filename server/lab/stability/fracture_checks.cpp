@@ -37,6 +37,7 @@ std::vector<int> nodes_at(const sim::TetMesh& mesh, double x) {
 // A breakable bar along x, E = 1e6 Pa, whose far end goes to `to` within 0.25 s and stays; the near one is held.
 sim::SceneDescription bar(const Method& method, const std::array<int, 3>& cells, const Pose& to, std::uint64_t seed) {
   sim::SceneDescription scene{.name = "bar", .gravity = Vec3::Zero(), .dt = kDt, .seed = seed};
+  scene.integrator = method.fem.integrator;
   scene.unguarded = true;
   scene.sleep.speed = 0;
   const Vec3 size = kEdge * Vec3(cells[0], cells[1], cells[2]);
@@ -257,7 +258,7 @@ double plastic_strain_of_paths(const Method& method) {
 }
 
 Outcome large_strain(const Method& method, const Effort& effort) {
-  const FemMethod& fem = methods_of(Family::fem).front()->fem;
+  const FemMethod& fem = method.fem.step ? method.fem : methods_of(Family::fem).front()->fem;
   FemMaterial material = plastic_material(method);
   material.creep = 1;
   double largest = 0, torque = 0, volume = 0;

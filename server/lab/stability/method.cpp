@@ -15,7 +15,13 @@ Mat3 default_rotation(const Mat3& F) { return sim::fem::rotation(F, sim::fem::Ro
 
 FemMethod fem(Mat3 (*rotation)(const Mat3&), void (*choose)(FemMaterial&), decltype(FemMethod::step) step,
               bool iterates = true, bool float_matrix = false) {
-  return {rotation, choose, float_matrix, iterates, step};
+  return {.rotation = rotation, .choose = choose, .float_matrix = float_matrix, .iterates = iterates, .step = step};
+}
+
+FemMethod by_bdf2(void (*choose)(FemMaterial&), bool iterates) {
+  FemMethod method = fem(default_rotation, choose, bdf2, iterates);
+  method.integrator = sim::Integrator::bdf2;
+  return method;
 }
 
 std::vector<Method> make_methods() {
@@ -27,7 +33,7 @@ std::vector<Method> make_methods() {
   std::vector<Method> all;
   // -- finite elements: rotation rule, integrator, solver -----------------------------------------------------------
   all.push_back({.key = "svd",
-                 .name = "SVD, backward Euler, CG (default)",
+                 .name = "SVD, backward Euler, block-Jacobi (default)",
                  .family = Family::fem,
                  .mapped = true,
                  .fem = fem(default_rotation, nullptr, backward_euler)});
@@ -40,6 +46,21 @@ std::vector<Method> make_methods() {
                  .family = Family::fem,
                  .mapped = true,
                  .fem = fem(default_rotation, tight, backward_euler, false)});
+  all.push_back({.key = "svd-multigrid",
+                 .name = "the same, multigrid (default where large and stiff)",
+                 .family = Family::fem,
+                 .mapped = true,
+                 .fem = fem(default_rotation, nullptr, backward_euler_multigrid)});
+  all.back().fem.solver = sim::linear_solver::SolverKind::multigrid;
+  all.push_back({.key = "bdf2",
+                 .name = "SVD, BDF2, CG",
+                 .family = Family::fem,
+                 .mapped = true,
+                 .fem = by_bdf2(nullptr, true)});
+  all.push_back({.key = "bdf2-tight",
+                 .name = "the same, CG to 1e-8",
+                 .family = Family::fem,
+                 .fem = by_bdf2(tight, false)});
   all.push_back({.key = "polar-qr",
                  .name = "polar, QR below 6 % of the volume",
                  .family = Family::fem,
@@ -54,8 +75,8 @@ std::vector<Method> make_methods() {
   all.push_back({.key = "direct",
                  .name = "SVD, backward Euler, direct solve",
                  .family = Family::fem,
-                 .standing = Standing::comparison,
                  .fem = fem(default_rotation, nullptr, backward_euler_direct, false)});
+  all.back().fem.solver = sim::linear_solver::SolverKind::direct;
   all.push_back({.key = "explicit",
                  .name = "SVD, explicit (symplectic Euler)",
                  .family = Family::fem,
@@ -76,6 +97,11 @@ std::vector<Method> make_methods() {
                  .name = "the default with the server's guard",
                  .family = Family::contact,
                  .contact = {.guarded = true}});
+  all.push_back({.key = "recovery-bdf2",
+                 .name = "implicit rows with depth recovery, BDF2",
+                 .family = Family::contact,
+                 .mapped = true,
+                 .contact = {.integrator = sim::Integrator::bdf2}});
   all.push_back({.key = "raw-1e6",
                  .name = "raw damping, phi = 1e6",
                  .family = Family::contact,
@@ -104,12 +130,20 @@ std::vector<Method> make_methods() {
                  .name = "the same, deviatoric flow (J2)",
                  .family = Family::plasticity,
                  .flow = sim::fem::FlowRule::deviatoric});
+  all.push_back({.key = "creep-bdf2",
+                 .name = "creep per second, BDF2",
+                 .family = Family::plasticity,
+                 .fem = by_bdf2(nullptr, true)});
   all.push_back({.key = "raw-creep",
                  .name = "creep per update",
                  .family = Family::plasticity,
                  .standing = Standing::paper,
                  .raw = true});
   all.push_back({.key = "toughness", .name = "toughness in Pa (default)", .family = Family::fracture});
+  all.push_back({.key = "toughness-bdf2",
+                 .name = "toughness in Pa, BDF2",
+                 .family = Family::fracture,
+                 .fem = by_bdf2(nullptr, true)});
   all.push_back({.key = "raw-toughness",
                  .name = "toughness in newtons",
                  .family = Family::fracture,

@@ -37,9 +37,11 @@ struct FemMethod {
   Mat3 (*rotation)(const Mat3& F) = nullptr;
   void (*choose)(sim::fem::FemMaterial& material) = nullptr;  // null: the material as it is
   bool float_matrix = false;
-  bool iterates = true;  // has an iteration cap
+  bool iterates = true;                                                            // has an iteration cap
+  sim::linear_solver::SolverKind solver = sim::linear_solver::SolverKind::jacobi;  // of a world that steps like it
   sim::linear_solver::SolveReport (*step)(SoftTrial& trial, double dt) = nullptr;
   StepTimes* times = nullptr;  // takes the processor times of a trial's steps; null: nobody asks
+  sim::Integrator integrator = sim::Integrator::backward_euler;  // that `step` goes by: what its decay is held to
 };
 
 struct ContactMethod {
@@ -49,6 +51,7 @@ struct ContactMethod {
   void (*material)(sim::fem::FemMaterial& material) = nullptr;  // of soft blocks; null: as it is
   void (*push)(ContactTrial& trial) = nullptr;                  // explicit forces before each step; null: none
   StepTimes* times = nullptr;
+  sim::Integrator integrator = sim::Integrator::backward_euler;
 };
 
 struct ExampleMethod {
@@ -63,7 +66,7 @@ struct Method {
   Family family = Family::world;
   Standing standing = Standing::offered;
   bool mapped = false;  // drawn in the heat maps of its family
-  FemMethod fem;
+  FemMethod fem;  // plasticity: how bodies step, the default where it has no `step`; fracture: its integrator
   ContactMethod contact;
   bool raw = false;  // plasticity: creep per update; fracture: toughness in newtons
   sim::fem::FlowRule flow = sim::fem::FlowRule::additive;  // plasticity

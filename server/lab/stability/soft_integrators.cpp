@@ -1,15 +1,19 @@
 #include "server/lab/stability/soft_integrators.h"
 
 #include "server/sim/fem/plasticity.h"
+#include "server/sim/islands/composite_island.h"
 #include "server/sim/linear_solver/cholesky.h"
 
 #include <Eigen/SVD>
+
+#include <numeric>
 
 namespace crumple::lab::stability {
 
 using namespace sim::fem;
 using sim::linear_solver::Cholesky;
 using sim::linear_solver::SolveReport;
+using sim::linear_solver::SolverKind;
 
 namespace {
 
@@ -26,17 +30,38 @@ SolveReport backward_euler(SoftTrial& trial, double dt) {
                              step_options(trial.rest.material, dt), trial.pool, trial.scratch);
 }
 
-SolveReport backward_euler_direct(SoftTrial& trial, double dt) {
-  StepSystem& system = trial.scratch.system;
-  assemble(trial.rest, trial.mesh.tets, trial.state, trial.force, dt, trial.prescribed, trial.pool, system);
-  Cholesky cholesky;
-  const bool factored = std::visit([&](const auto& A) { return cholesky.factor(A); }, system.A);
-  if (!factored) return {.residual = 1};
-  advance(cholesky.solve(system.b), dt, trial.state);
-  plastic_flow(trial.rest, trial.mesh.tets, trial.state.x, dt, kCreepDt, trial.pool, trial.state.plastic_strain,
-               system.elements);
-  return {.iterations = 1, .converged = true};
+SolveReport bdf2(SoftTrial& trial, double dt) {
+  return bdf2_step(trial.rest, trial.mesh.tets, trial.state, trial.force, trial.prescribed,
+                   step_options(trial.rest.material, dt), trial.pool, trial.scratch, trial.bdf2_scratch);
 }
+
+namespace {
+
+SolveReport step_as_island(SoftTrial& trial, double dt, SolverKind solver) {
+  StepSystem& system = trial.scratch.system;
+  const RestBody& rest = trial.rest;
+  assemble(rest, trial.mesh.tets, trial.state, trial.force, dt, trial.prescribed, trial.pool, system);
+  const double volume = std::accumulate(rest.volume.begin(), rest.volume.end(), 0.0);
+  const std::vector<sim::islands::IslandBody> bodies{{.system = &system,
+                                                      .hierarchy = &trial.hierarchy,
+                                                      .X = &trial.mesh.X,
+                                                      .mean_tet_volume = volume / trial.mesh.tet_count()}};
+  sim::islands::CompositeIsland island{.soft = {0}};
+  const auto solution = sim::islands::solve(
+      island, bodies, {.solve = step_options(rest.material, dt).solve, .solver = solver}, {}, trial.pool);
+  advance(solution.soft_velocity(0), dt, trial.state);
+  plastic_flow(rest, trial.mesh.tets, trial.state.x, dt, kCreepDt, trial.pool, trial.state.plastic_strain,
+               system.elements);
+  return solution.report;
+}
+
+}  // namespace
+
+SolveReport backward_euler_multigrid(SoftTrial& trial, double dt) {
+  return step_as_island(trial, dt, SolverKind::multigrid);
+}
+
+SolveReport backward_euler_direct(SoftTrial& trial, double dt) { return step_as_island(trial, dt, SolverKind::direct); }
 
 SolveReport backward_euler_any_rotation(SoftTrial& trial, double dt) {
   const RestBody& rest = trial.rest;

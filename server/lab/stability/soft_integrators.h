@@ -5,10 +5,14 @@
 // Steps of a SoftTrial: the core's, and what it is compared with.
 namespace crumple::lab::stability {
 
-// The core's step: linearised backward Euler, conjugate gradients (Parker & O'Brien 2009, eq. 5).
+// The core's step: linearised backward Euler, conjugate gradients with block-Jacobi (Parker & O'Brien 2009, eq. 5).
 sim::linear_solver::SolveReport backward_euler(SoftTrial& trial, double dt);
 
-// The same system, solved directly.
+// The core's other step: BDF2 linearised at the predicted position, backward Euler where a tet is near inversion.
+sim::linear_solver::SolveReport bdf2(SoftTrial& trial, double dt);
+
+// Backward Euler's system as an island of one body, solved by the core's multigrid, or directly.
+sim::linear_solver::SolveReport backward_euler_multigrid(SoftTrial& trial, double dt);
 sim::linear_solver::SolveReport backward_euler_direct(SoftTrial& trial, double dt);
 
 // The same equations, assembled here from the core's element formulas with the method's rotation, whatever its

@@ -43,6 +43,7 @@ void SoftTrial::deform(const std::function<Vec3(const Vec3&)>& map) {
     state.x[i] = map(mesh.X[i]);
     state.v[i].setZero();
   }
+  forget(state);
 }
 
 void SoftTrial::run(double seconds, double dt, const std::function<bool()>& after_step) {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "server/lab/stability/method.h"
+#include "server/sim/fem/bdf2.h"
 #include "server/sim/fem/implicit_euler.h"
+#include "server/sim/linear_solver/multigrid_hierarchy.h"
 
 #include <functional>
 #include <random>
@@ -20,6 +22,8 @@ class SoftTrial {
   Eigen::VectorXd force;  // 3n, external [N]
   std::vector<sim::fem::PrescribedNode> prescribed;
   sim::fem::StepScratch scratch;
+  sim::fem::Bdf2Scratch bdf2_scratch;
+  sim::linear_solver::MultigridHierarchy hierarchy;  // of multigrid steps
   sim::ThreadPool pool{1};
 
   void deform(const std::function<Vec3(const Vec3&)>& map);  // x := map(X), v := 0

@@ -26,8 +26,8 @@ double drawn_stress(const fem::FemMaterial& material) {
 
 }  // namespace
 
-Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const FemModel& model, bool float_solver,
-                                const std::string& field) {
+Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const FemModel& model,
+                                const SoftBodyOptions& options, const std::string& field) {
   const TetMesh& mesh = *model.mesh;
   auto rest = fem::make_rest_body(mesh, model.material, model.clamp_limit, model.regions);
   if (!rest) return std::unexpected(Error{rest.error().code, field + "." + rest.error().field, rest.error().message});
@@ -43,7 +43,8 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
   soft.rest = std::move(*rest);
   soft.mean_tet_volume =
       std::accumulate(soft.rest.volume.begin(), soft.rest.volume.end(), 0.0) / soft.rest.tet_count();
-  soft.system = fem::StepSystem(float_solver);
+  soft.system = fem::StepSystem(options.float_solver);
+  soft.options_ = options;
   soft.tet_mass_ = tet_masses_of(soft.rest);
   for (int k = 0; k < soft.rest.material_count(); ++k) {
     soft.material_rotation_.push_back(soft.rest.material_at(k).rotation);
@@ -128,31 +129,57 @@ void SoftBody::assemble(const Vec3& gravity, double dt, const ThreadPool& pool) 
   if (pushed_) {
     command_force_ = impulse / dt;
     forget_pushes();
+    restart();
   }
-  assemble_part(gravity, dt, pool);
+  whole_ahead_ = false;  // of another step
+  choose_formula(dt, pool);
+  if (!fem::remembers(state)) {
+    assemble_backward_euler(gravity, dt, pool);
+    measure(dt);
+    return;
+  }
+  if (options_.watched) {
+    fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
+    measure(dt);
+  }
+  const fem::StepFormula formula = fem::bdf2_formula(state, dt, prescribed_, bdf2_);
+  fem::assemble(rest, tets, state, formula, external_force(gravity), prescribed_, pool, system);
+  elements_at_state_ = false;
 }
 
 void SoftBody::assemble_part(const Vec3& gravity, double h, const ThreadPool& pool) {
   whole_ahead_ = false;  // of another solve
-  Eigen::VectorXd f_ext(3 * node_count());
-  for (int n = 0; n < node_count(); ++n) f_ext.segment<3>(3 * n) = rest.node_mass[n] * gravity;
-  if (command_force_.size() > 0) f_ext += command_force_;
-  fem::assemble(rest, tets, state, f_ext, h, prescribed_, pool, system);
+  restart();
+  assemble_backward_euler(gravity, h, pool);
+}
+
+void SoftBody::assemble_backward_euler(const Vec3& gravity, double h, const ThreadPool& pool) {
+  fem::assemble(rest, tets, state, external_force(gravity), h, prescribed_, pool, system);
+  elements_at_state_ = true;
+}
+
+Eigen::VectorXd SoftBody::external_force(const Vec3& gravity) const {
+  Eigen::VectorXd f(3 * node_count());
+  for (int n = 0; n < node_count(); ++n) f.segment<3>(3 * n) = rest.node_mass[n] * gravity;
+  if (command_force_.size() > 0) f += command_force_;
+  return f;
 }
 
 bool SoftBody::advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt) {
   if (frozen) return true;
-  x_before_ = state.x;
   bool finite = v_plus.allFinite();
-  for (int n = 0; finite && n < node_count(); ++n) {
-    const Vec3 v_new = v_plus.segment<3>(3 * n);
-    if (command_force_.size() > 0 && !fixed[n]) {
-      command_work_ += dt * command_force_.segment<3>(3 * n).dot(0.5 * (state.v[n] + v_new));
-    }
-    state.v[n] = v_new;
-    state.x[n] += dt * v_new;
-    finite = state.x[n].cwiseAbs().maxCoeff() < kMaxPosition;
+  for (int n = 0; finite && n < node_count() && command_force_.size() > 0; ++n) {
+    if (fixed[n]) continue;
+    command_work_ += dt * command_force_.segment<3>(3 * n).dot(0.5 * (state.v[n] + v_plus.segment<3>(3 * n)));
   }
+  x_before_ = state.x;
+  if (options_.integrator == Integrator::bdf2) {
+    was_rough_ = !fem::remembers(state);
+    fem::advance_bdf2(v_plus, dt, fixed, state);
+  } else {
+    fem::advance(v_plus, dt, state);
+  }
+  for (int n = 0; finite && n < node_count(); ++n) finite = state.x[n].cwiseAbs().maxCoeff() < kMaxPosition;
   if (finite) return true;
   state.x = x_before_;
   freeze();
@@ -161,6 +188,8 @@ bool SoftBody::advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt) {
 
 void SoftBody::freeze() {
   frozen = true;
+  was_rough_ = false;
+  restart();
   for (Vec3& v : state.v) v.setZero();
   std::fill(fixed.begin(), fixed.end(), 1);
 }
@@ -192,6 +221,8 @@ bool SoftBody::is_kinematic() const {
 void SoftBody::stop() {
   for (Vec3& v : state.v) v.setZero();
   for (fem::PrescribedNode& p : prescribed_) p.velocity.setZero();
+  restart();
+  was_rough_ = false;
 }
 
 void SoftBody::assemble_kinematic(const ThreadPool& pool) {
@@ -210,28 +241,13 @@ void SoftBody::follow_script(double dt) {
 }
 
 SoftBody::Energy SoftBody::energy(const Vec3& gravity) const {
-  Energy energy{.moving = fem::elastic_energy(rest, system.elements)};
+  Energy energy{.moving = elastic_};
   for (int n = 0; n < node_count(); ++n) {
     if (fixed[n]) continue;
     energy.moving += 0.5 * rest.node_mass[n] * state.v[n].squaredNorm();
     energy.gravitational -= rest.node_mass[n] * gravity.dot(state.x[n]);
   }
   return energy;
-}
-
-double SoftBody::prescribed_work(double dt) const {
-  std::vector<Vec3> velocity;  // of the nodes that were driven
-  for (const fem::PrescribedNode& p : prescribed_before_) {
-    if (p.velocity.isZero(0)) continue;
-    velocity.resize(X.size(), Vec3::Zero());
-    velocity[p.node] = p.velocity;
-  }
-  if (velocity.empty()) return 0;
-  double work = 0;
-  for (std::size_t t = 0; t < tets.size(); ++t) {
-    for (int k = 0; k < 4; ++k) work -= dt * velocity[tets[t][k]].dot(system.elements.force[t].col(k));
-  }
-  return work;
 }
 
 void SoftBody::use_rotation(bool safe) {
@@ -243,6 +259,7 @@ void SoftBody::use_rotation(bool safe) {
 void SoftBody::plastic_flow(double dt, double creep_dt, const ThreadPool& pool) {
   if (frozen) return;
   fem::plastic_flow(rest, tets, state.x, dt, creep_dt, pool, state.plastic_strain, system.elements);
+  elements_at_state_ = elements_at_state_ || std::isfinite(material().yield);
 }
 
 void SoftBody::push(const Vec3& impulse_W, const Vec3& point_W, double radius) {
@@ -294,12 +311,9 @@ Vec3 SoftBody::momentum() const {
 
 std::vector<double> SoftBody::von_mises() const {
   std::vector<double> values(tets.size());
-  for (std::size_t t = 0; t < tets.size(); ++t) {
-    if (t >= system.elements.sigma.size()) break;  // before the first step: stress-free
-    const Mat3& sigma = system.elements.sigma[t];
-    const Mat3 deviator = sigma - sigma.trace() / 3 * Mat3::Identity();
-    values[t] = std::sqrt(1.5) * deviator.norm();
-  }
+  if (system.elements.sigma.size() < tets.size()) return values;  // before the first step: stress-free
+  const std::vector<Mat3> sigma = elements_at_state_ ? system.elements.sigma : elements_now().sigma;
+  for (std::size_t t = 0; t < tets.size(); ++t) values[t] = fem::von_mises(sigma[t]);
   return values;
 }
 
@@ -360,6 +374,9 @@ void SoftBody::hash(StateHash& hash) const {
   hash.add(std::span<const Vec3>(state.x));
   hash.add(std::span<const Vec3>(state.v));
   hash.add(std::span<const Mat3>(state.plastic_strain));
+  hash.add(std::span<const Vec3>(state.x_before));
+  hash.add(std::span<const Vec3>(state.v_before));
+  hash.add(static_cast<std::uint64_t>(state.rough_steps));
   for (const Tet& tet : tets) {
     for (int n : tet) hash.add(static_cast<std::uint64_t>(n));
   }

@@ -3,7 +3,7 @@
 #include "common/error.h"
 #include "common/frame.h"
 #include "server/sim/contact/collision_mesh.h"
-#include "server/sim/fem/assembly.h"
+#include "server/sim/fem/bdf2.h"
 #include "server/sim/fem/elements.h"
 #include "server/sim/fem/fem_state.h"
 #include "server/sim/fracture/fracture_step.h"
@@ -30,11 +30,18 @@ struct FractureOutcome {
   }
 };
 
+// What a scene says about all of its finite-element bodies.
+struct SoftBodyOptions {
+  Integrator integrator = Integrator::backward_euler;
+  bool float_solver = false;
+  bool watched = true;  // energy() and prescribed_work() will be asked for
+};
+
 // One finite-element body of a world: rest data, state, and what the stages of a step do to it.
 class SoftBody {
  public:
-  static Result<SoftBody> make(BodyId id, const BodyDescription& body, const FemModel& model, bool float_solver,
-                               const std::string& field);
+  static Result<SoftBody> make(BodyId id, const BodyDescription& body, const FemModel& model,
+                               const SoftBodyOptions& options, const std::string& field);
 
   BodyId id;
   std::vector<Tet> tets;
@@ -56,13 +63,17 @@ class SoftBody {
 
   // Velocities that take scripted nodes from where they are to their place at time + dt.
   void prescribe(double time, double dt);
-  // Also takes in `impulse`, as a force over dt.
+  // Something jumps in this step, or in the next if this one is done: it is one of backward Euler, and so is the one after.
+  void restart();
+  // Also takes in `impulse`, as a force over dt. By the scene's integrator; where that is BDF2, by backward Euler after
+  // restart(), in a step with a command, near inversion, and where nothing is remembered.
   void assemble(const Vec3& gravity, double dt, const ThreadPool& pool);
-  // Again, for a part h of the step from the present state on.
+  // Again, for a part h of the step from the present state on, by backward Euler.
   void assemble_part(const Vec3& gravity, double h, const ThreadPool& pool);
-  // v := v+ and x := x + dt v+; freezes the body where it was if that is not finite. Returns false then.
+  // v := v+, x := x+ of the formula that was assembled; freezes the body where it was if that is not finite. Returns false then.
   bool advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt);
   void freeze();
+  bool was_rough() const { return was_rough_; }  // its last step was of backward Euler where BDF2 is asked for
 
   // Islands that sleep. Largest |impulse| asked for in this step over the mass of a free node [m/s]; largest velocity that
   // the script asks of a node [m/s]; whether no node is free; a halt, also of what the script asked by rounding.
@@ -75,15 +86,17 @@ class SoftBody {
   void assemble_kinematic(const ThreadPool& pool);
   void follow_script(double dt);
 
-  // What the guard looks at, after assemble: energies of free nodes and elements at the present state [J], and the work
-  // done in the last step by commands (so far as advance was called) and, through the elements, by prescribed nodes.
+  // What the guard looks at, after assemble: energies of free nodes and elements before this step [J], and the work done
+  // in the last step by commands (so far as advance was called) and, through the elements, by prescribed nodes.
   struct Energy {
     double moving = 0;         // kinetic + elastic
     double gravitational = 0;
   };
   Energy energy(const Vec3& gravity) const;
   double command_work() const { return command_work_; }
-  double prescribed_work(double dt) const;
+  double prescribed_work() const { return prescribed_work_; }
+  // Of scripts on their nodes in the step that was just done, by the forces at its end and their own mass [J].
+  double prescribed_work_now(const Vec3& gravity, double dt) const;
   bool balance_holds() const { return !changed_while_prescribed_; }  // false: driven nodes split
   void begin_account() { command_work_ = 0, changed_while_prescribed_ = false; }
   void use_rotation(bool safe);  // SVD, or what the materials say
@@ -115,6 +128,11 @@ class SoftBody {
     std::vector<Vec3> at_start;
   };
   void topology_changed();
+  void choose_formula(double dt, const ThreadPool& pool);
+  void assemble_backward_euler(const Vec3& gravity, double h, const ThreadPool& pool);
+  Eigen::VectorXd external_force(const Vec3& gravity) const;  // 3n, gravity and commands [N]
+  void measure(double dt);
+  fem::Elements elements_now() const;  // at state.x
   bool may_break(std::uint64_t step) const;
   std::vector<int> split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool, FractureOutcome& outcome);
   std::vector<float> node_values() const;
@@ -129,6 +147,11 @@ class SoftBody {
   Eigen::VectorXd command_force_;               // 3n [N]; empty: none in this step
   double command_work_ = 0;                     // [J]
   bool pushed_ = false;                         // `impulse` is not zero
+  double elastic_ = 0, prescribed_work_ = 0;    // of measure() [J]
+  SoftBodyOptions options_;
+  bool elements_at_state_ = true;               // false: `system.elements` are those of a formula's positions
+  bool was_rough_ = false;
+  fem::Bdf2Scratch bdf2_;
   std::vector<fem::RotationRule> material_rotation_;  // one a material
   std::vector<double> tet_mass_;
   std::vector<double> value_scale_;             // one a material: stress drawn as 1 [Pa]

@@ -19,6 +19,7 @@ std::vector<int> SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
   outcome = {.fragments = last_fragments_};
   if (report.splits.empty()) return {};
 
+  restart();
   fracture::extend_by_origin(X, report.origin);
   fracture::extend_by_origin(fixed, report.origin);
   const int first_copy = node_count() - static_cast<int>(report.origin.size());
@@ -56,6 +57,7 @@ FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const
   if (!may_break(step) || whole) return outcome;
   // Where something yields the flow has left the elements at these positions already.
   if (!rest.yields()) fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
+  elements_at_state_ = true;
   split_nodes(seed, step, pool, outcome);
   return outcome;
 }

@@ -11,6 +11,7 @@ using linear_solver::BlockSparseMatrix;
 
 namespace {
 
+constexpr int kTetsPerChunk = 256;
 constexpr int kEdgesPerChunk = 512;
 constexpr int kNodesPerChunk = 256;
 
@@ -31,12 +32,31 @@ void rebuild(int node_count, const std::vector<Tet>& tets, StepSystem& s) {
 
 // What scales the parts of A.
 struct Factors {
-  double mass;       // 1 + dt a
-  double stiffness;  // dt beta + dt^2
+  double mass;       // c + dt a
+  double stiffness;  // dt beta + theta dt^2
 };
 
-Factors factors_of(const FemMaterial& material, double dt) {
-  return {1 + dt * material.damping_mass, dt * material.damping_stiffness + dt * dt};
+Factors factors_of(const FemMaterial& material, const StepFormula& formula) {
+  const double dt = formula.dt;
+  return {formula.mass + dt * material.damping_mass,
+          dt * material.damping_stiffness + formula.position * dt * dt};
+}
+
+// Forces at x_linear become f(x_linear) - K (x_known - x_linear). With D = sum d_j c_j^T over displacements d_j eq. 2's
+// product is K d = (lambda tr(D) I + mu (D + D^T)) c_i.
+void shift_forces(const RestBody& rest, const std::vector<Tet>& tets, const StepFormula& formula,
+                  const ThreadPool& pool, Elements& e) {
+  const auto body = [&](int begin, int end) {
+    for (int t = begin; t < end; ++t) {
+      const Lame& lame = rest.lame_of(t);
+      const Mat34 d = gather(formula.x_known, tets[t]) - gather(formula.x_linear, tets[t]);
+      const Mat3 D = edge_matrix(d) * e.core[t].rightCols<3>().transpose();
+      const Mat3 stress = lame.lambda * D.trace() * Mat3::Identity() + lame.mu * (D + D.transpose());
+      e.force[t].rightCols<3>() -= stress * e.core[t].rightCols<3>();
+      e.force[t].col(0) = -e.force[t].rightCols<3>().rowwise().sum();
+    }
+  };
+  pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(body));
 }
 
 // Off-diagonal block of an edge from its tets. With G = sum c_a c_b^T eq. 2's sum is lambda G + mu tr(G) I + mu G^T.
@@ -71,11 +91,11 @@ Mat3 weighted_edge_stiffness(const StepSystem& s, const std::vector<std::uint16_
   return G_lambda + G_mu.trace() * Mat3::Identity() + G_mu.transpose();
 }
 
-void set_weights(const RestBody& rest, double dt, StepSystem& s) {
+void set_weights(const RestBody& rest, const StepFormula& formula, StepSystem& s) {
   s.weights.resize(rest.material_count());
   for (int k = 0; k < rest.material_count(); ++k) {
     const Lame& lame = k == 0 ? rest.lame : rest.others[k - 1].lame;
-    const double stiffness = factors_of(rest.material_at(k), dt).stiffness;
+    const double stiffness = factors_of(rest.material_at(k), formula).stiffness;
     s.weights[k] = {stiffness * lame.lambda, stiffness * lame.mu};
   }
 }
@@ -153,17 +173,30 @@ Eigen::SparseMatrix<double> StepSystem::to_sparse() const {
   return std::visit([](const auto& matrix) { return matrix.to_sparse(); }, A);
 }
 
+StepFormula backward_euler_formula(const FemState& state, double dt) {
+  return {.dt = dt, .w = state.v, .x_known = state.x, .x_linear = state.x};
+}
+
 void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState& state,
               Eigen::Ref<const Eigen::VectorXd> f_ext, double dt, std::span<const PrescribedNode> prescribed,
               const ThreadPool& pool, StepSystem& system) {
+  assemble(rest, tets, state, backward_euler_formula(state, dt), f_ext, prescribed, pool, system);
+}
+
+void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState& state, const StepFormula& formula,
+              Eigen::Ref<const Eigen::VectorXd> f_ext, std::span<const PrescribedNode> prescribed,
+              const ThreadPool& pool, StepSystem& system) {
   const int n = static_cast<int>(state.x.size());
+  const double dt = formula.dt;
   assert(dt > 0 && f_ext.size() == 3 * n && static_cast<int>(state.v.size()) == n && rest.node_count() == n);
+  assert(formula.w.size() == state.x.size() && formula.x_known.size() == state.x.size());
   if (system.node_count() != n || system.connectivity.tets != tets) rebuild(n, tets, system);
   set_prescribed(state, prescribed, system);
-  update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
+  update_elements(rest, tets, formula.x_linear, state.plastic_strain, pool, system.elements);
+  if (&formula.x_known != &formula.x_linear) shift_forces(rest, tets, formula, pool, system.elements);
 
-  const Factors factors = factors_of(rest.material, dt);
-  if (rest.heterogeneous()) set_weights(rest, dt, system);
+  const Factors factors = factors_of(rest.material, formula);
+  if (rest.heterogeneous()) set_weights(rest, formula, system);
   std::visit(
       [&](auto& A) {
         const auto edges = [&](int begin, int end) { assemble_edges(rest, factors, system, A, begin, end); };
@@ -172,9 +205,9 @@ void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState
         const auto nodes = [&](int begin, int end) {
           for (int i = begin; i < end; ++i) {
             const double m = rest.node_mass[i];
-            system.row_mass[i] = rest.heterogeneous() ? m + dt * rest.node_drag[i] : factors.mass * m;
+            system.row_mass[i] = rest.heterogeneous() ? formula.mass * m + dt * rest.node_drag[i] : factors.mass * m;
             A.diagonal()[i] = row_diagonal(A, system.row_mass[i], i);
-            system.b.segment<3>(3 * i) = dt * (f_ext.segment<3>(3 * i) + gather_force(system, i)) + m * state.v[i];
+            system.b.segment<3>(3 * i) = dt * (f_ext.segment<3>(3 * i) + gather_force(system, i)) + m * formula.w[i];
             if (system.any_prescribed) strike(system, A, i);
           }
         };

@@ -15,10 +15,26 @@ struct PrescribedNode {
   Vec3 velocity = Vec3::Zero();  // [m/s]
 };
 
-// The linear system A v+ = b of one body and one step: linearised backward Euler (Parker & O'Brien 2009, eq. 5) with
-//   A = M + dt C + dt^2 K = (1 + dt a) M + (dt beta + dt^2) K,   b = dt (f_ext + f_elastic(x)) + M v,
-// C = a M + beta K, of each tet with the coefficients of its material. The elastic force at x, plastic strain included,
-// stands for the paper's -K (x - u).
+// A formula of time integration, as what it says of v+ and x+,
+//   c M v+ = M w + dt (f_ext + f(x+) - C v+),   x+ = x_known + theta dt v+,
+// C = a M + beta K, of each tet with the coefficients of its material; the elastic force f is linearised at x_linear.
+// Backward Euler: c = theta = 1, w = v, x_known = x_linear = x. bdf2.h has another one. Everything is borrowed.
+// Impulses of contact rows are those of the whole step whatever c is: they are added to the system as they are.
+struct StepFormula {
+  double dt = 0;                       // [s]
+  double mass = 1;                     // c [-]
+  double position = 1;                 // theta [-]
+  const std::vector<Vec3>& w;          // one a node [m/s]
+  const std::vector<Vec3>& x_known;    // [m]; of prescribed nodes such that x+ is x + dt v+
+  const std::vector<Vec3>& x_linear;   // [m]
+};
+
+StepFormula backward_euler_formula(const FemState& state, double dt);
+
+// The linear system A v+ = b of one body and one step,
+//   A = (c + dt a) M + (dt beta + theta dt^2) K,   b = M w + dt (f_ext + f(x_linear) - K (x_known - x_linear));
+// for backward Euler that is Parker & O'Brien 2009, eq. 5: A = M + dt C + dt^2 K, b = M v + dt (f_ext + f(x)), where the
+// elastic force at x, plastic strain included, stands for the paper's -K (x - u).
 // Prescribed nodes are struck (section 7): their columns times their velocities are on the right-hand side, and their
 // own rows read m v = m v_prescribed, coupled to nothing. Whoever adds terms to the system must add none to those rows.
 class StepSystem {
@@ -34,22 +50,28 @@ class StepSystem {
 
   Eigen::VectorXd b;             // 3n [N s]; callers may add to it
   Eigen::VectorXd guess;         // 3n: v, with prescribed velocities in place. A solve must start from it, or
-                                 // from anything that has the prescribed velocities in place
-  std::vector<double> row_mass;  // (1 + dt a) m, one a node [kg]
+                                 // from anything that has the prescribed velocities in place. (From 2 v - v_before BDF2
+                                 // needs a quarter fewer iterations, and what the tolerance leaves of that adds 1 % to
+                                 // the energy of a turning body in 0.2 s; what it leaves of v takes some away.)
+  std::vector<double> row_mass;  // (c + dt a) m, one a node [kg]
   std::vector<char> prescribed;  // one a node
   bool any_prescribed = false;
-  Elements elements;  // at x, as update_elements leaves them
+  Elements elements;  // at x_linear, as update_elements leaves them; forces: f(x_linear) - K (x_known - x_linear)
   Connectivity connectivity;
   std::variant<linear_solver::BlockSparseMatrix<double>, linear_solver::BlockSparseMatrix<float>> A;
   std::vector<std::array<int, 2>> edge_blocks;  // of each edge (i, j): index of block (i, j) and of block (j, i)
-  std::vector<Lame> weights;  // of each material: its constants times (dt beta + dt^2); unused where there is one
+  std::vector<Lame> weights;  // of each material: its constants times (dt beta + theta dt^2); unused where there is one
 };
 
 // Assembles the step from x(t), v(t) to t + dt. f_ext: 3n, gravity and all [N]. rest.node_mass must be that of `tets`.
+// With dt in place of a formula: backward Euler.
 // Arrays and pattern are rebuilt when tets or the number of nodes differ from the last call's; else nothing allocates.
 // Deterministic for any number of threads: the element pass writes per tet, edges and nodes gather in mesh order.
 void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState& state,
               Eigen::Ref<const Eigen::VectorXd> f_ext, double dt, std::span<const PrescribedNode> prescribed,
+              const ThreadPool& pool, StepSystem& system);
+void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState& state, const StepFormula& formula,
+              Eigen::Ref<const Eigen::VectorXd> f_ext, std::span<const PrescribedNode> prescribed,
               const ThreadPool& pool, StepSystem& system);
 
 // Adds the one velocity to all nodes that makes the sum of the equations hold: rows of K sum to zero, so the exact

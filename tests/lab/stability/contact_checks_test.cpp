@@ -73,9 +73,10 @@ TEST(StabilityContact, ALyingRigidDiscIsFlatAStandingOneIsHigh) {
 }
 
 TEST(StabilityContact, StoredFrictionDoesNotKick) {
+  // The figure is drift or kick by its bound, which is a millimetre in ten seconds.
   const Outcome recovery = outcome_of(22, "recovery");
   EXPECT_NE(recovery.verdict, Verdict::fails) << recovery.text;
-  EXPECT_LT(recovery.value, 1.2) << recovery.text;  // drift in 10 s by the millimetre that is asked: 1.07 after shaking
+  EXPECT_LT(recovery.value, 1) << recovery.text;  // drift in 10 s by the millimetre that is asked
   EXPECT_EQ(outcome_of(22, "raw-1e9").verdict, Verdict::pass);
   EXPECT_GT(outcome_of(22, "penalty").value, 1000);  // no friction: it slides
 }

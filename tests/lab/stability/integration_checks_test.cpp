@@ -42,6 +42,28 @@ TEST(StabilityIntegration, SolvesStartFromTheLastVelocity) {
   EXPECT_NE(outcome_of(12, "svd").text.find("free flight takes 0 iterations"), std::string::npos);
 }
 
+// One system, three solvers: what differs is what the tolerance leaves.
+TEST(StabilityIntegration, MultigridAndDirectStepsAreTheSameStep) {
+  const auto tight = [](sim::fem::FemMaterial& m) { m.cg_tolerance = 1e-10; };
+  std::vector<std::vector<Vec3>> ends;
+  for (const char* key : {"svd", "svd-multigrid", "direct"}) {
+    FemMethod method = find_method(key)->fem;
+    method.choose = tight;
+    SoftTrial trial(unit_cube(3), soft_material(), method);
+    Random random(3);
+    trial.deform([&](const Vec3& X) -> Vec3 { return X + random.vec3(-0.1, 0.1); });
+    trial.prescribed = {{0, Vec3(0.1, 0, 0)}, {5, Vec3::Zero()}};
+    for (const auto& node : trial.prescribed) trial.state.v[node.node] = node.velocity;
+    trial.force.setConstant(3);
+    trial.run(0.2, 1.0 / 60);
+    ends.push_back(trial.state.x);
+  }
+  for (std::size_t i = 0; i < ends[0].size(); ++i) {
+    EXPECT_LT((ends[1][i] - ends[0][i]).norm(), 1e-8) << i;
+    EXPECT_LT((ends[2][i] - ends[0][i]).norm(), 1e-8) << i;
+  }
+}
+
 TEST(StabilityIntegration, CappedSolvesAreReportedAndKeepTheMomentum) {
   const Outcome outcome = outcome_of(12, "svd");
   EXPECT_EQ(outcome.verdict, Verdict::pass) << outcome.text;

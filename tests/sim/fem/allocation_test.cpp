@@ -1,3 +1,4 @@
+#include "server/sim/fem/bdf2.h"
 #include "tests/sim/fem/fem_test_support.h"
 
 #include <atomic>
@@ -64,6 +65,34 @@ TEST(Allocation, AStepAllocatesNothingAfterTheFirst) {
     counting = false;
     EXPECT_EQ(allocations, 0);
   }
+}
+
+TEST(Allocation, NorDoesAStepOfBdf2AfterTheSecond) {
+  const TetMesh mesh = test::kuhn_box(12, 5, 5, {1, 0.3, 0.3});
+  const RestBody rest = test::rest_body(mesh, {});
+  FemState state = test::rest_state(mesh);
+  const Eigen::VectorXd f = test::gravity_force(rest, {0, -9.81, 0});
+  const std::vector<PrescribedNode> held{{0, Vec3::Zero()}, {1, Vec3::Zero()}};
+  StepScratch scratch;
+  Bdf2Scratch bdf2;
+  const ThreadPool pool(1);
+  const auto steps = [&](int count) {
+    allocations = 0;
+    counting = true;
+    for (int k = 0; k < count; ++k) {
+      bdf2_step(rest, mesh.tets, state, f, held, step_options(rest.material, 1.0 / 60), pool, scratch, bdf2);
+    }
+    counting = false;
+  };
+  steps(2);
+  EXPECT_GT(allocations, 10);
+  ASSERT_TRUE(remembers(state));
+  steps(3);
+  EXPECT_EQ(allocations, 0);
+  restart(state);
+  steps(4);
+  ASSERT_TRUE(remembers(state));
+  EXPECT_EQ(allocations, 0);
 }
 
 }  // namespace
