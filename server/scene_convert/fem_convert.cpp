@@ -62,6 +62,7 @@ sim::FemModel to_fem(const v1::FemBody& message, const std::string& field, Conve
   sim::FemModel model;
   model.material = to_material(message.material(), field + ".material", c);
   if (message.has_clamp_limit()) model.clamp_limit = message.clamp_limit();
+  if (message.has_rigid_fragments()) model.rigid_fragments = message.rigid_fragments();
   model.mesh = to_shared_tets(message.mesh(), field + ".mesh", c);
   if (c.breach.ok()) model.regions = to_regions(message.regions(), model.material, *model.mesh, field + ".regions", c);
   for (int i = 0; c.breach.ok() && i < message.motions_size(); ++i) {

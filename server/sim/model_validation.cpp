@@ -184,6 +184,7 @@ Result<void> validate(const FemModel& model, const std::string& field, SeenAsset
     check_material(breach, model.regions[r].material, entry(field + ".regions", r) + ".material");
   if (breach.ok()) check_motions(breach, model, field + ".motions");
   breach.number(model.clamp_limit, limits::kClampLimit, field + ".clamp_limit");
+  breach.number(model.rigid_fragments, limits::kRigidFragments, field + ".rigid_fragments");
   check_shared(breach, model.render, field + ".render", seen);
   return breach.result();
 }

@@ -67,6 +67,7 @@ struct FemModel {
   std::vector<NodeMotion> motions;           // fixed and scripted nodes; at most 1,000
   double clamp_limit = 0;                    // limit of the basis matrices' singular values [1/m], [0, 1e9];
                                              // 0: 20 / mean edge
+  int rigid_fragments = 9;                   // pieces of at most so many tets go on as rigid bodies, [0, 1e6]; 0: none
   std::shared_ptr<const SurfaceMesh> render; // embedded; null, or breakable: the tets' own surface is drawn
 };
 

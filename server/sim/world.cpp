@@ -66,7 +66,7 @@ Vec3 World::velocity(BodyId body) const {
   const Impl::Place place = impl_->places[body];
   if (place.model != BodyModel::fem) return impl_->rigid.velocity(body);
   const SoftBody& soft = impl_->soft[place.index];
-  return soft.momentum() / soft.rest.mass();
+  return soft.momentum() / soft.mass();
 }
 
 bool World::is_asleep(BodyId body) const { return impl_->is_asleep(body); }
@@ -81,6 +81,13 @@ Energies World::energies() const {
       total.gravitational -= soft.rest.node_mass[n] * impl_->scene.gravity.dot(soft.state.x[n]);
       total.momentum += p;
       total.angular_momentum += soft.state.x[n].cross(p);
+    }
+    for (const RigidFragment& fragment : soft.fragments) {
+      const Vec3 p = fragment.mass() * fragment.velocity();
+      total.kinetic += fragment.kinetic_energy();
+      total.gravitational -= fragment.mass() * impl_->scene.gravity.dot(fragment.com());
+      total.momentum += p;
+      total.angular_momentum += fragment.angular_momentum() + fragment.com().cross(p);
     }
     total.elastic += fem::elastic_energy(soft.rest, soft.tets, soft.state.x, soft.state.plastic_strain);
   }
@@ -100,7 +107,21 @@ FemView World::fem(BodyId body) const {
   const SoftBody& soft = impl_->soft[impl_->places[body].index];
   FemView view{soft.tets, soft.state.x, soft.state.v, soft.state.plastic_strain, soft.rest.material_id, soft.von_mises()};
   view.inverted = fem::inverted_count(soft.tets, soft.state.x);
-  view.fragments = fracture::find_fragments(soft.tets).count();
+  view.fragments = fracture::find_fragments(soft.tets).count() + static_cast<int>(soft.fragments.size());
+  view.rigid_fragments = static_cast<int>(soft.fragments.size());
+  for (const RigidFragment& fragment : soft.fragments) {
+    const RigidFragment::Piece& piece = fragment.piece();
+    const int first = static_cast<int>(view.x.size());
+    for (Tet tet : piece.tets) {
+      for (int& n : tet) n += first;
+      view.tets.push_back(tet);
+    }
+    view.x.insert(view.x.end(), piece.x.begin(), piece.x.end());
+    for (int n = 0; n < fragment.node_count(); ++n) view.v.push_back(fragment.node_velocity(n));
+    view.plastic_strain.insert(view.plastic_strain.end(), piece.plastic_strain.begin(), piece.plastic_strain.end());
+    view.material_id.insert(view.material_id.end(), piece.material_id.begin(), piece.material_id.end());
+    view.von_mises.resize(view.tets.size(), 0);
+  }
   return view;
 }
 

@@ -29,6 +29,7 @@ struct Workload {
   int live_bodies = 0, asleep_bodies = 0;
   int live_tets = 0, asleep_tets = 0;
   int live_nodes = 0, asleep_nodes = 0;
+  int rigid_fragments = 0;  // of finite-element bodies, asleep or not; their tets and nodes are not counted above
 };
 
 struct StepReport {
@@ -62,16 +63,18 @@ struct Invariants {
                                // end, and on the nodes' own mass [J]
 };
 
-// What a recording or a test reads of one finite-element body.
+// What a recording or a test reads of one finite-element body: nodes and tets of what is deformable, then of rigid
+// fragments, whose stress is not known and given as 0.
 struct FemView {
-  const std::vector<Tet>& tets;
-  const std::vector<Vec3>& x;
-  const std::vector<Vec3>& v;
-  const std::vector<Mat3>& plastic_strain;
-  const std::vector<std::uint16_t>& material_id;  // one a tet: 0 the body's, k that of region k - 1; empty: all 0
+  std::vector<Tet> tets;
+  std::vector<Vec3> x;
+  std::vector<Vec3> v;
+  std::vector<Mat3> plastic_strain;
+  std::vector<std::uint16_t> material_id;  // one a tet: 0 the body's, k that of region k - 1; empty: all 0
   std::vector<double> von_mises;  // one a tet [Pa]
   int inverted = 0;               // tets of negative volume
   int fragments = 0;              // face-connected components
+  int rigid_fragments = 0;        // of them
 };
 
 // A world: bodies of all models in one space. Deterministic: the same scene and commands give the same bits, whatever

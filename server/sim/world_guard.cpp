@@ -75,14 +75,23 @@ void World::Impl::sub_step(const islands::CompositeIsland& island, const contact
   const double h = scene.dt / guard::kSubSteps;
   auto [bodies, unknowns] = alone(island);
   std::vector<std::vector<Vec3>> rigid_x(bodies.size());
+  std::vector<int> own;  // rigid bodies that the rigid stage will move
   for (int b : island.rigid) {
+    if (is_debris(b)) continue;
+    own.push_back(b);
     rigid_x[b].assign(bodies[b].x.begin(), bodies[b].x.end());
     bodies[b].x = rigid_x[b];
   }
   contact::FrictionMemory memory = before;
   for (int part = 0; part < guard::kSubSteps; ++part) {
     for (int b : island.rigid) {
+      if (!is_debris(b)) continue;
+      unknowns[b] = debris_for_islands(b, h);
+      bodies[b] = fragment_of(b).collision_body(false);
+    }
+    for (int b : own) {
       islands::RigidPart& rigid_part = *unknowns[b].rigid;
+      rigid_part.p_WC = bodies[b].rigid->p_WC;
       rigid_part.b_v = rigid_part.mass * (rigid_part.v + h * scene.gravity);
       rigid_part.b_w = rigid_part.inertia_W * rigid_part.w;
       bodies[b].rigid->v = rigid_part.v;
@@ -91,7 +100,7 @@ void World::Impl::sub_step(const islands::CompositeIsland& island, const contact
     for (int b : island.soft) soft[b].assemble_part(scene.gravity, h, pool);
     auto now = islands::composite_islands(
         unknowns, contact::detect({bodies, planes, scene.gravity, h, scene.contact}, pool));
-    for (int b : island.rigid) unknowns[b].rigid->v += h * scene.gravity;  // stands where nothing touches it
+    for (int b : own) unknowns[b].rigid->v += h * scene.gravity;  // stands where nothing touches it
     contact::FrictionMemory next;
     for (islands::CompositeIsland& piece : now) {
       const islands::IslandSolution solution = islands::solve(piece, unknowns, solve_options(piece), memory, pool);
@@ -105,7 +114,7 @@ void World::Impl::sub_step(const islands::CompositeIsland& island, const contact
     }
     contact::sort(next);
     memory = std::move(next);
-    for (int b : island.rigid) {  // also those that touch nothing in this part
+    for (int b : own) {  // also those that touch nothing in this part
       const islands::RigidPart& moved = *unknowns[b].rigid;
       contact::RigidMotion& motion = *bodies[b].rigid;
       for (Vec3& x : rigid_x[b]) x += h * (moved.v + moved.w.cross(x - motion.p_WC));

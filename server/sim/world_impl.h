@@ -54,6 +54,11 @@ struct World::Impl {
     double residual = 0;
   };
   std::vector<IslandAccount> accounts;    // of the last step
+  struct Debris {
+    int soft;                             // the body that it broke off, and which one of its fragments it is
+    int fragment;
+  };
+  std::vector<Debris> debris;             // rigid fragments, in the order in which they came to be
   islands::SleepingIslands sleepers;      // by BodyId
   std::vector<islands::Stillness> stillness;  // by BodyId, of live bodies
 
@@ -65,8 +70,9 @@ struct World::Impl {
   double (*now_ms)() = nullptr;
 
   // One step's data, from stage to stage.
-  std::vector<contact::CollisionBody> collision_bodies;  // soft bodies, then solids, then examples
+  std::vector<contact::CollisionBody> collision_bodies;  // soft bodies, then solids, then examples, then debris
   std::vector<BodyId> collision_ids;
+  int first_debris = 0;                                  // among them
   std::vector<contact::CollisionPlane> planes;
   std::vector<islands::IslandBody> island_bodies;        // as collision_bodies
   std::vector<islands::CompositeIsland> composite;
@@ -143,6 +149,17 @@ struct World::Impl {
   };
   Alone alone(const islands::CompositeIsland& island) const;
   contact::CollisionBody collision_body(const SoftBody& body) const;
+
+  // Rigid fragments (world_debris.cpp). `body`: as in collision_bodies.
+  bool is_debris(int body) const { return body >= first_debris; }
+  RigidFragment& fragment_of(int body) {
+    const Debris& own = debris[body - first_debris];
+    return soft[own.soft].fragments[own.fragment];
+  }
+  const SoftBody& parent_of(int body) const { return soft[debris[body - first_debris].soft]; }
+  islands::IslandBody debris_for_islands(int body, double h);
+  bool hand_over();  // whether something left
+  void follow_hand_over(int body, const SoftBody::HandOver& moved, int bodies_before);
   double contact_work(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
                       std::span<const islands::IslandBody> bodies) const;
   // Of all impulses of contact on all unknowns of an island, at their midpoint velocities [J].

@@ -40,8 +40,9 @@ Vec3 midpoint_velocity(const contact::ContactRow& row, int which, const islands:
 double World::Impl::contact_work(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
                                  std::span<const islands::IslandBody> bodies) const {
   double work = 0;
+  const auto is_soft = [&](const contact::ContactSide& side) { return side.body < static_cast<int>(soft.size()); };
   for (const contact::ContactRow& row : island.rows) {
-    if (!row.active) continue;
+    if (!row.active || !std::ranges::any_of(row.sides, is_soft)) continue;
     const Vec3 impulse = row.impulse();
     work += row.lambda_n * std::max(0.0, row.target) - impulse.dot(row.known_velocity);
     for (int side = 0; side < 2; ++side) {

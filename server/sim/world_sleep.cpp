@@ -59,6 +59,7 @@ Workload World::Impl::workload() const {
   for (const SoftBody& body : soft) {
     const int tets = static_cast<int>(body.tets.size());
     if (is_live(body)) load.live_tets += tets, load.live_nodes += body.node_count();
+    load.rigid_fragments += static_cast<int>(body.fragments.size());
     if (is_asleep(body.id)) load.asleep_tets += tets, load.asleep_nodes += body.node_count();
   }
   return load;
@@ -236,7 +237,8 @@ bool World::Impl::rests(BodyId id) {
   const Place place = places[id];
   const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time};
   if (place.model == BodyModel::fem) {
-    islands::observe(soft[place.index].state.x, scene.dt, bounds, stillness[id]);
+    const SoftBody& body = soft[place.index];
+    islands::observe(body.fragments.empty() ? body.state.x : body.all_positions(), scene.dt, bounds, stillness[id]);
   } else {
     const bool example = place.model == BodyModel::example_based;
     double size = 0;
@@ -267,7 +269,7 @@ void World::Impl::lay_down(BodyId id, bool carried) {
     if (place.model == BodyModel::example_based) examples[place.index].follow(rigid.pose(id));
     else solids[place.index].follow(rigid.pose(id));
   }
-  sleeping_box[id] = box_of(points(id));
+  sleeping_box[id] = place.model == BodyModel::fem ? box_of(soft[place.index].all_positions()) : box_of(points(id));
 }
 
 void World::Impl::settle(StepReport& report) {
@@ -292,7 +294,7 @@ void World::Impl::settle(StepReport& report) {
   }
   for (const int id : fell) lay_down(id, with_soft[id]);
   // Whole islands fell asleep.
-  std::erase_if(accounts, [&](const IslandAccount& account) { return is_asleep(soft[account.soft[0]].id); });
+  std::erase_if(accounts, [&](const IslandAccount& account) { return !account.soft.empty() && is_asleep(soft[account.soft[0]].id); });
   report.workload = workload();
 }
 

@@ -54,6 +54,12 @@ void World::Impl::place_for_contact() {
     collision_bodies.push_back({.mesh = &body.collision, .x = body.x, .rigid = motion(body.id), .friction = body.friction});
     collision_ids.push_back(body.id);
   }
+  first_debris = static_cast<int>(collision_bodies.size());
+  for (const Debris& own : debris) {
+    const SoftBody& parent = soft[own.soft];
+    collision_bodies.push_back(parent.fragments[own.fragment].collision_body(is_asleep(parent.id)));
+    collision_ids.push_back(parent.id);
+  }
 }
 
 void World::Impl::detect_contact(StepReport& report) {
@@ -93,7 +99,12 @@ std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const BodyId id = collision_ids[b];
     if (!is_live(id)) continue;
+    if (is_debris(static_cast<int>(b))) {
+      bodies[b] = debris_for_islands(static_cast<int>(b), scene.dt);
+      continue;
+    }
     if (b < soft.size()) {
+      if (soft[b].is_empty()) continue;
       bodies[b].system = &soft[b].system;
       bodies[b].X = &soft[b].X;
       bodies[b].mean_tet_volume = soft[b].mean_tet_volume;
@@ -102,7 +113,7 @@ std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
       continue;
     }
     if (!rigid.is_moving(id)) continue;
-    islands::RigidPart part{.mass = rigid.mass(id), .inertia_W = rigid.inertia(id)};
+    islands::RigidPart part{.mass = rigid.mass(id), .p_WC = rigid.com(id), .inertia_W = rigid.inertia(id)};
     part.v = rigid.velocity(id);
     part.w = rigid.angular_velocity(id);
     part.b_v = rigid.momentum(id) + scene.dt * part.mass * scene.gravity;
@@ -114,12 +125,14 @@ std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
 
 islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland& island) const {
   islands::IslandOptions options{.solve = {0.5, 1}, .may_pull = scene.contact.raw_damping, .solver = scene.solver};
-  for (int b : island.soft) {
-    const fem::FemMaterial& material = soft[b].material();
-    const double share = fem::remembers(soft[b].state) ? fem::kBdf2Tolerance : 1;
-    options.solve.tolerance = std::min(options.solve.tolerance, share * material.cg_tolerance);
-    options.solve.max_iterations = std::max(options.solve.max_iterations, material.cg_max_iterations);
-  }
+  const auto ask = [&](const SoftBody& body) {
+    const double share = fem::remembers(body.state) ? fem::kBdf2Tolerance : 1;
+    options.solve.tolerance = std::min(options.solve.tolerance, share * body.material().cg_tolerance);
+    options.solve.max_iterations = std::max(options.solve.max_iterations, body.material().cg_max_iterations);
+  };
+  for (int b : island.soft) ask(soft[b]);
+  for (int b : island.rigid)
+    if (is_debris(b)) ask(parent_of(b));
   if (rung(island) >= guard::Rung::more_iterations) {
     options.solve.tolerance = std::max(1e-10, guard::kTolerance * options.solve.tolerance);
     options.solve.max_iterations *= guard::kIterations;
@@ -159,6 +172,7 @@ void World::Impl::solve(StepReport& report) {
   for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
   keep_friction_of_sleepers(before);
   contact::sort(friction);
+  for (const Debris& own : debris) soft[own.soft].fragments[own.fragment].forget_pushes();
   report.rough_bodies = static_cast<int>(std::ranges::count_if(soft, &SoftBody::was_rough));
 }
 
@@ -193,7 +207,10 @@ void World::Impl::take(const islands::CompositeIsland& island, const islands::Is
       event.message = text(scene.bodies[soft[b].id].name, " left the range of finite numbers and is held where it last was");
     }
   }
+  for (const islands::RigidVelocity& after : solution.rigid)
+    if (is_debris(after.body)) fragment_of(after.body).advance(after.v, after.w, h);
   for (const islands::ContactImpulse& contact : solution.impulses) {
+    if (is_debris(contact.body)) continue;
     const BodyId id = collision_ids[contact.body];
     rigid.apply_impulse(id, contact.impulse_W, contact.point_W);
     if (places[id].model != BodyModel::example_based) continue;
@@ -210,13 +227,13 @@ void World::Impl::plastic_flow() {
 }
 
 void World::Impl::fracture(StepReport& report) {
-  bool broke = false;
+  std::vector<std::size_t> broke;
   for (std::size_t b = 0; b < soft.size(); ++b) {
     if (is_asleep(soft[b].id)) continue;
     FractureOutcome& outcome = broken[b];
     outcome += soft[b].fracture(scene.seed, step, pool);
     if (outcome.splits == 0) continue;
-    broke = true;
+    broke.push_back(b);
     report.splits += outcome.splits;
     const BodyId id = soft[b].id;
     Event& event = add_event(EventKind::fracture, id);
@@ -224,9 +241,10 @@ void World::Impl::fracture(StepReport& report) {
     event.count = outcome.splits;
     event.fragments = outcome.fragments;
     event.message = text(scene.bodies[id].name, " breaks: ", outcome.splits, " splits, ", outcome.fragments, " pieces");
-    rebuild_topology(id);
   }
-  if (!broke) return;
+  hand_over();  // what was drawn before is drawn as it was
+  if (broke.empty()) return;
+  for (const std::size_t b : broke) rebuild_topology(soft[b].id);
   ++topology.epoch;
   add_event(EventKind::topology, 0).message = text("drawn topology ", topology.epoch);
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace crumple::sim {
@@ -78,29 +79,44 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
     soft.embedding_ = embed(model.render->vertices, mesh);
   }
   soft.stars_ = NodeStars(soft.tets, soft.node_count());
+  for (int n = 0; n < soft.node_count(); ++n) soft.scene_nodes_.push_back({-1, n});
+  soft.rigid_fragment_tets_ = soft.rest.breakable() ? model.rigid_fragments : 0;
   soft.topology_changed();
   return soft;
 }
 
 void SoftBody::topology_changed() {
+  follow_tets();
+  draw_tets();
+}
+
+void SoftBody::follow_tets() {
   collision = contact::make_collision_mesh(tets, X, tet_mass_);
   impulse = Eigen::VectorXd::Zero(3 * node_count());
+}
+
+void SoftBody::draw_tets() {
   if (render_) return;
-  std::vector<int> draw_id(X.size(), -1);
-  draw_triangles_.clear();
-  for (const SurfaceFace& face : surface_faces(tets)) {
-    for (int n : face.nodes) draw_id[n] = 0;
-    draw_triangles_.push_back(face.nodes);
-  }
   draw_nodes_.clear();
-  for (int n = 0; n < node_count(); ++n) {
-    if (draw_id[n] < 0) continue;
-    draw_id[n] = static_cast<int>(draw_nodes_.size());
-    draw_nodes_.push_back(n);
-  }
-  for (Triangle& triangle : draw_triangles_) {
-    for (int& n : triangle) n = draw_id[n];
-  }
+  draw_triangles_.clear();
+  const auto draw = [&](int fragment, const std::vector<Tet>& drawn, int nodes) {
+    std::vector<int> draw_id(nodes, -1);
+    const std::size_t first = draw_triangles_.size();
+    for (const SurfaceFace& face : surface_faces(drawn)) {
+      for (int n : face.nodes) draw_id[n] = 0;
+      draw_triangles_.push_back(face.nodes);
+    }
+    for (int n = 0; n < nodes; ++n) {
+      if (draw_id[n] < 0) continue;
+      draw_id[n] = static_cast<int>(draw_nodes_.size());
+      draw_nodes_.push_back({fragment, n});
+    }
+    for (Triangle& triangle : std::span(draw_triangles_).subspan(first)) {
+      for (int& n : triangle) n = draw_id[n];
+    }
+  };
+  draw(-1, tets, node_count());
+  for (std::size_t f = 0; f < fragments.size(); ++f) draw(static_cast<int>(f), fragments[f].piece().tets, fragments[f].node_count());
 }
 
 void SoftBody::prescribe(double time, double dt) {
@@ -126,9 +142,14 @@ void SoftBody::prescribe(double time, double dt) {
 
 void SoftBody::assemble(const Vec3& gravity, double dt, const ThreadPool& pool) {
   command_force_.resize(0);
+  if (is_empty()) {
+    elastic_ = 0;
+    return;
+  }
   if (pushed_) {
     command_force_ = impulse / dt;
-    forget_pushes();
+    impulse.setZero();
+    pushed_ = false;
     restart();
   }
   whole_ahead_ = false;  // of another step
@@ -149,6 +170,7 @@ void SoftBody::assemble(const Vec3& gravity, double dt, const ThreadPool& pool) 
 
 void SoftBody::assemble_part(const Vec3& gravity, double h, const ThreadPool& pool) {
   whole_ahead_ = false;  // of another solve
+  if (is_empty()) return;
   restart();
   assemble_backward_euler(gravity, h, pool);
 }
@@ -192,6 +214,7 @@ void SoftBody::freeze() {
   restart();
   for (Vec3& v : state.v) v.setZero();
   std::fill(fixed.begin(), fixed.end(), 1);
+  for (RigidFragment& fragment : fragments) fragment.hold();
 }
 
 double SoftBody::strongest_push() const {
@@ -200,12 +223,14 @@ double SoftBody::strongest_push() const {
   for (int n = 0; n < node_count(); ++n) {
     if (!fixed[n]) push = std::max(push, impulse.segment<3>(3 * n).norm() / rest.node_mass[n]);
   }
+  for (const RigidFragment& fragment : fragments) push = std::max(push, fragment.pushed().norm() / fragment.mass());
   return push;
 }
 
 void SoftBody::forget_pushes() {
   if (pushed_) impulse.setZero();
   pushed_ = false;
+  for (RigidFragment& fragment : fragments) fragment.forget_pushes();
 }
 
 double SoftBody::driven_speed() const {
@@ -215,12 +240,13 @@ double SoftBody::driven_speed() const {
 }
 
 bool SoftBody::is_kinematic() const {
-  return std::all_of(fixed.begin(), fixed.end(), [](char is_fixed) { return is_fixed != 0; });
+  return !is_empty() && std::all_of(fixed.begin(), fixed.end(), [](char is_fixed) { return is_fixed != 0; });
 }
 
 void SoftBody::stop() {
   for (Vec3& v : state.v) v.setZero();
   for (fem::PrescribedNode& p : prescribed_) p.velocity.setZero();
+  for (RigidFragment& fragment : fragments) fragment.stop();
   restart();
   was_rough_ = false;
 }
@@ -257,39 +283,46 @@ void SoftBody::use_rotation(bool safe) {
 }
 
 void SoftBody::plastic_flow(double dt, double creep_dt, const ThreadPool& pool) {
-  if (frozen) return;
+  if (frozen || is_empty()) return;
   fem::plastic_flow(rest, tets, state.x, dt, creep_dt, pool, state.plastic_strain, system.elements);
   elements_at_state_ = elements_at_state_ || std::isfinite(material().yield);
 }
 
 void SoftBody::push(const Vec3& impulse_W, const Vec3& point_W, double radius) {
   pushed_ = true;
-  std::vector<int> nodes;
+  std::vector<NodeRef> nodes;
   std::vector<double> weights;
-  int nearest = 0;
-  for (int n = 0; n < node_count(); ++n) {
-    const double distance = (state.x[n] - point_W).norm();
-    if (distance < (state.x[nearest] - point_W).norm()) nearest = n;
-    if (distance >= radius || fixed[n]) continue;
+  NodeRef nearest;
+  double least = std::numeric_limits<double>::infinity();
+  const auto weigh = [&](const NodeRef& at, const Vec3& x, double mass, bool held) {
+    const double distance = (x - point_W).norm();
+    if (distance < least) least = distance, nearest = at;
+    if (distance >= radius || held) return;
     const double s = 1 - distance * distance / (radius * radius);
-    nodes.push_back(n);
-    weights.push_back(rest.node_mass[n] * s * s);
+    nodes.push_back(at);
+    weights.push_back(mass * s * s);
+  };
+  for (int n = 0; n < node_count(); ++n) weigh({-1, n}, state.x[n], rest.node_mass[n], fixed[n]);
+  for (int f = 0; f < static_cast<int>(fragments.size()); ++f) {
+    const RigidFragment& fragment = fragments[f];
+    for (int n = 0; n < fragment.node_count(); ++n)
+      weigh({f, n}, fragment.x()[n], fragment.piece().node_mass[n], fragment.is_held());
   }
   const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
-  if (sum <= 0) {
-    impulse.segment<3>(3 * nearest) += impulse_W;
-    return;
-  }
-  for (std::size_t k = 0; k < nodes.size(); ++k) impulse.segment<3>(3 * nodes[k]) += weights[k] / sum * impulse_W;
+  if (sum <= 0) return push_node(nearest, impulse_W);
+  for (std::size_t k = 0; k < nodes.size(); ++k) push_node(nodes[k], weights[k] / sum * impulse_W);
 }
 
 void SoftBody::push_nodes(const Vec3& impulse_W, std::span<const int> nodes) {
   pushed_ = true;
+  const auto mass_of = [&](const NodeRef& at) {
+    return at.fragment < 0 ? rest.node_mass[at.node] : fragments[at.fragment].piece().node_mass[at.node];
+  };
   double sum = 0;
-  for (int n : nodes) sum += rest.node_mass[n];
+  for (int n : nodes) sum += mass_of(scene_nodes_[n]);
   for (int n : nodes) {
-    const double share = sum > 0 ? rest.node_mass[n] / sum : 1.0 / static_cast<double>(nodes.size());
-    impulse.segment<3>(3 * n) += share * impulse_W;
+    const double share = sum > 0 ? mass_of(scene_nodes_[n]) / sum : 1.0 / static_cast<double>(nodes.size());
+    push_node(scene_nodes_[n], share * impulse_W);
   }
 }
 
@@ -300,12 +333,17 @@ Vec3 SoftBody::centre_of_mass() const {
     sum += rest.node_mass[n] * state.x[n];
     mass += rest.node_mass[n];
   }
+  for (const RigidFragment& fragment : fragments) {
+    sum += fragment.mass() * fragment.com();
+    mass += fragment.mass();
+  }
   return sum / mass;
 }
 
 Vec3 SoftBody::momentum() const {
   Vec3 sum = Vec3::Zero();
   for (int n = 0; n < node_count(); ++n) sum += rest.node_mass[n] * state.v[n];
+  for (const RigidFragment& fragment : fragments) sum += fragment.mass() * fragment.velocity();
   return sum;
 }
 
@@ -363,9 +401,10 @@ void SoftBody::capture(bool with_values, BodyFrame& frame) const {
     }
     return;
   }
-  for (int n : draw_nodes_) {
-    frame.positions.push_back(state.x[n].cast<float>());
-    if (with_values) frame.values.push_back(values[n]);
+  for (const auto& [fragment, n] : draw_nodes_) {
+    const Vec3& x = fragment < 0 ? state.x[n] : fragments[fragment].x()[n];
+    frame.positions.push_back(x.cast<float>());
+    if (with_values) frame.values.push_back(fragment < 0 ? values[n] : 0.0f);
   }
 }
 
@@ -380,6 +419,7 @@ void SoftBody::hash(StateHash& hash) const {
   for (const Tet& tet : tets) {
     for (int n : tet) hash.add(static_cast<std::uint64_t>(n));
   }
+  for (const RigidFragment& fragment : fragments) fragment.hash(hash);
   hash.add(static_cast<std::uint64_t>(frozen));
 }
 

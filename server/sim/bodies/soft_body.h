@@ -2,11 +2,13 @@
 
 #include "common/error.h"
 #include "common/frame.h"
+#include "server/sim/bodies/rigid_fragment.h"
 #include "server/sim/contact/collision_mesh.h"
 #include "server/sim/fem/bdf2.h"
 #include "server/sim/fem/elements.h"
 #include "server/sim/fem/fem_state.h"
 #include "server/sim/fracture/fracture_step.h"
+#include "server/sim/fracture/fragments.h"
 #include "server/sim/linear_solver/multigrid_hierarchy.h"
 #include "server/sim/mesh/embedding.h"
 #include "server/sim/scene.h"
@@ -20,7 +22,7 @@ namespace crumple::sim {
 
 struct FractureOutcome {
   int splits = 0;
-  int fragments = 1;            // face-connected components afterwards
+  int fragments = 1;            // face-connected components afterwards, rigid ones included
   Vec3 point = Vec3::Zero();    // of the first split, in W [m]
 
   void operator+=(const FractureOutcome& later) {
@@ -37,7 +39,8 @@ struct SoftBodyOptions {
   bool watched = true;  // energy() and prescribed_work() will be asked for
 };
 
-// One finite-element body of a world: rest data, state, and what the stages of a step do to it.
+// One finite-element body of a world: rest data, state, and what the stages of a step do to it. Small pieces leave it as
+// rigid fragments; arrays of nodes and tets are those of what is left, which may be nothing.
 class SoftBody {
  public:
   static Result<SoftBody> make(BodyId id, const BodyDescription& body, const FemModel& model,
@@ -54,12 +57,15 @@ class SoftBody {
   Eigen::VectorXd impulse;                      // 3n: asked for by commands in this step [N s]
   contact::CollisionMesh collision;
   std::vector<char> fixed;              // one a node: prescribed
+  std::vector<RigidFragment> fragments;  // in the order in which they left
   bool frozen = false;
 
   // Of several the one that says what goes for the whole body (fem/material_region.h).
   const fem::FemMaterial& material() const { return rest.material; }
   int node_count() const { return static_cast<int>(X.size()); }
-  int pieces() const { return last_fragments_; }  // face-connected components
+  bool is_empty() const { return tets.empty(); }
+  int pieces() const { return last_fragments_; }  // face-connected components, without rigid fragments
+  int all_pieces() const { return last_fragments_ + static_cast<int>(fragments.size()); }
 
   // Velocities that take scripted nodes from where they are to their place at time + dt.
   void prescribe(double time, double dt);
@@ -108,13 +114,30 @@ class SoftBody {
   FractureOutcome fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, double creep_dt,
                                  std::uint64_t seed, std::uint64_t step, int round, const ThreadPool& pool);
 
+  // Where a node or a tet of before went when pieces left: its new id, or that in a fragment.
+  struct NodeRef {
+    int fragment = -1;  // into `fragments`; -1: still the body's
+    int node = 0;
+  };
+  struct HandOver {
+    int count = 0;              // of new fragments, at the end of `fragments`
+    std::vector<NodeRef> node;  // one a node of before
+    std::vector<int> tet;       // one a tet of before: its new id; -1: it left
+  };
+  // At the end of a step, elements up to date: pieces of at most as many tets as the scene says go on as rigid fragments,
+  // unless they hang on a prescribed node or are still strained by 10 %.
+  HandOver hand_over();
+
   // Spreads an impulse [N s] over the nodes within radius of a point by a smooth kernel times their mass; on the nearest
   // node if there is none.
   void push(const Vec3& impulse_W, const Vec3& point_W, double radius);
-  void push_nodes(const Vec3& impulse_W, std::span<const int> nodes);  // shared by mass
+  void push_nodes(const Vec3& impulse_W, std::span<const int> nodes);  // shared by mass; ids of the scene's mesh
 
+  // Fragments included.
+  double mass() const;                          // [kg]
   Vec3 centre_of_mass() const;
   Vec3 momentum() const;
+  std::vector<Vec3> all_positions() const;      // of nodes, then of fragments' nodes [m]
 
   BodyTopology topology() const;
   void capture(bool with_values, BodyFrame& frame) const;
@@ -128,6 +151,12 @@ class SoftBody {
     std::vector<Vec3> at_start;
   };
   void topology_changed();
+  void follow_tets();                  // what the solve and contact need of the tets
+  void draw_tets();                    // surface that is drawn
+  bool is_near_rest(int t) const;
+  std::vector<char> leaving(const fracture::Fragments& pieces);
+  void keep_part(std::span<const int> kept_tets, std::span<const int> kept_nodes, const HandOver& moved);
+  void push_node(const NodeRef& at, const Vec3& impulse_W);
   void choose_formula(double dt, const ThreadPool& pool);
   void assemble_backward_euler(const Vec3& gravity, double h, const ThreadPool& pool);
   Eigen::VectorXd external_force(const Vec3& gravity) const;  // 3n, gravity and commands [N]
@@ -159,8 +188,11 @@ class SoftBody {
   // Drawing: the embedded mesh, or the tets' own surface.
   std::shared_ptr<const SurfaceMesh> render_;
   Embedding embedding_;
-  std::vector<int> draw_nodes_;                 // surface nodes, ascending
+  std::vector<NodeRef> draw_nodes_;             // surface nodes; their order outlives a hand-over
   std::vector<Triangle> draw_triangles_;        // ids into draw_nodes_
+  std::vector<NodeRef> scene_nodes_;            // where each node of the scene's mesh is
+  int rigid_fragment_tets_ = 0;                 // largest piece that leaves
+  bool small_pieces_ = false;                   // some piece may leave, now or when it has calmed down
   int last_fragments_ = 1;
   bool whole_ahead_ = false;                    // fracture_ahead found nothing at the end of this step
   NodeStars stars_;

@@ -7,7 +7,7 @@
 namespace crumple::sim {
 
 bool SoftBody::may_break(std::uint64_t step) const {
-  return !frozen && rest.breakable() && step % material().fracture_interval == 0;
+  return !frozen && !is_empty() && rest.breakable() && step % material().fracture_interval == 0;
 }
 
 // Parker & O'Brien 2009, section 5, at state.x, where the elements are up to date. Returns the new nodes' origins.
@@ -16,7 +16,7 @@ std::vector<int> SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
   const std::uint64_t own_seed = seed ^ (0x9e3779b97f4a7c15ULL * (id + 1));  // bodies break in different orders
   const fracture::SplitReport report =
       fracture::fracture_step(rest, system.elements, own_seed, step, pool, tets, state, stars_, fracture_scratch_);
-  outcome = {.fragments = last_fragments_};
+  outcome = {.fragments = all_pieces()};
   if (report.splits.empty()) return {};
 
   restart();
@@ -45,14 +45,15 @@ std::vector<int> SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
   fem::update_node_mass(rest, tets, node_count());
   topology_changed();
   last_fragments_ = report.fragments;
+  small_pieces_ = rigid_fragment_tets_ > 0;
 
-  outcome = {.splits = static_cast<int>(report.splits.size()), .fragments = report.fragments};
+  outcome = {.splits = static_cast<int>(report.splits.size()), .fragments = all_pieces()};
   outcome.point = report.splits.front().point;
   return report.origin;
 }
 
 FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool) {
-  FractureOutcome outcome{.fragments = last_fragments_};
+  FractureOutcome outcome{.fragments = all_pieces()};
   const bool whole = std::exchange(whole_ahead_, false);
   if (!may_break(step) || whole) return outcome;
   // Where something yields the flow has left the elements at these positions already.
@@ -64,7 +65,7 @@ FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const
 
 FractureOutcome SoftBody::fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, double creep_dt,
                                          std::uint64_t seed, std::uint64_t step, int round, const ThreadPool& pool) {
-  FractureOutcome outcome{.fragments = last_fragments_};
+  FractureOutcome outcome{.fragments = all_pieces()};
   if (!may_break(step) || !v_plus.allFinite()) return outcome;
   std::vector<Vec3> x = state.x, v = state.v;
   for (int n = 0; n < node_count(); ++n) state.x[n] += dt * v_plus.segment<3>(3 * n);

@@ -26,7 +26,7 @@ struct ContactSide {
   std::array<int, 4> nodes{};        // of the body
   std::array<double, 4> weights{};   // barycentric, with the side's sign
   bool rigid = false;                // movable rigid body
-  Vec3 arm = Vec3::Zero();           // point - centre of mass [m]
+  Vec3 arm = Vec3::Zero();           // of a movable rigid body: point - centre of mass, both where contact is looked for [m]
 };
 
 struct ContactRow {

@@ -42,7 +42,11 @@ struct Detector {
   std::vector<Unit> units;
 
   const CollisionTet& tet(const Unit& unit, int k) const { return in.bodies[unit.body].mesh->tets[k]; }
-  bool soft(const Unit& unit) const { return !in.bodies[unit.body].rigid; }
+  // Whether the solve alone moves the unit's body.
+  bool in_solve(const Unit& unit) const {
+    const std::optional<RigidMotion>& rigid = in.bodies[unit.body].rigid;
+    return !rigid || rigid->in_solve;
+  }
   Mat34 nodes(const Unit& unit, const CollisionTet& t) const {
     const std::vector<Vec3>& x = placed[unit.body].x;
     Mat34 X;
@@ -65,7 +69,8 @@ struct Detector {
   void meet_plane(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
   void meet_plane_raw(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
   ContactRow plane_row(const Unit& unit, int plane, const Vec3& point, double area) const;
-  Vec3 add_side(ContactRow& row, int side, const Unit& unit, const CollisionTet& t, const Eigen::Vector4d& b) const;
+  Vec3 add_side(ContactRow& row, int side, double s, const Unit& unit, const CollisionTet& t, const Eigen::Vector4d& b) const;
+  void set_rigid(ContactRow& row, int side, double s, const RigidMotion& rigid) const;
   void finish(ContactRow& row, const Vec3& u, double s, double depth, double mass, double volume) const;
   Mat34 at_start(const Unit& unit, const CollisionTet& t) const;
   void turn_back(ContactRow& row, const Vec3& u, const Mat34& a, const Mat34& b) const;
@@ -114,8 +119,8 @@ void Detector::add_units(int body) {
 }
 
 bool Detector::may_meet(const Unit& a, const Unit& b) const {
-  if (a.body == b.body && !soft(a)) return false;
-  return (soft(a) || soft(b)) && (a.mass < kInfinity || b.mass < kInfinity);
+  if (a.body == b.body && in.bodies[a.body].rigid) return false;
+  return (in_solve(a) || in_solve(b)) && (a.mass < kInfinity || b.mass < kInfinity);
 }
 
 void Detector::fill_tet_boxes(Unit& unit) const {
@@ -202,8 +207,8 @@ void Detector::meet_at(double s, const Unit& a, const Unit& b, std::vector<Conta
     row.normal = normal.r / row.area;
     row.point = common.centroid;
     row.friction = std::sqrt(in.bodies[a.body].friction * in.bodies[b.body].friction);
-    const Vec3 u = add_side(row, 0, a, tet_a, barycentric(shape_a, row.point)) +
-                   add_side(row, 1, b, tet_b, barycentric(shape_b, row.point));
+    const Vec3 u = add_side(row, 0, s, a, tet_a, barycentric(shape_a, row.point)) +
+                   add_side(row, 1, s, b, tet_b, barycentric(shape_b, row.point));
     finish(row, u, s, overlap_depth(common.volume, row.area), mass, std::min(volume_a, volume_b));
     if (!in.settings.raw_damping) turn_back(row, u, at_start(a, tet_a), at_start(b, tet_b));
     (normal.from_surface ? rows : buried).push_back(row);
@@ -239,7 +244,14 @@ void Detector::meet_plane(const Unit& unit, int plane, std::vector<ContactRow>& 
   for (const auto& [node, depth, area] : submerged_nodes(tets.subspan(begin, count), at.x, half_space.normal, half_space.offset)) {
     if (!body.fixed.empty() && body.fixed[node]) continue;
     ContactRow row = plane_row(unit, plane, at.x[node], area);
-    row.sides[0] = {.body = unit.body, .tet = node, .node_count = 1, .nodes = {node}, .weights = {1}};
+    row.sides[0] = {.body = unit.body, .tet = node};
+    if (body.rigid) {
+      set_rigid(row, 0, 1, *body.rigid);
+    } else {
+      row.sides[0].node_count = 1;
+      row.sides[0].nodes[0] = node;
+      row.sides[0].weights[0] = 1;
+    }
     finish(row, at.v[node], 1, depth, unit.mass, unit.component->volume);
     rows.push_back(row);
   }
@@ -260,15 +272,23 @@ void Detector::meet_plane_raw(const Unit& unit, int plane, std::vector<ContactRo
     const HalfSpaceOverlap common = overlap(shape, half_space.normal, half_space.offset);
     if (common.volume == 0 || !(common.area > 0)) continue;
     ContactRow row = plane_row(unit, plane, common.centroid, common.area);
-    const Vec3 u = add_side(row, 0, unit, t, barycentric(shape, row.point));
+    const Vec3 u = add_side(row, 0, 1, unit, t, barycentric(shape, row.point));
     finish(row, u, 1, depth, unit.mass, unit.component->volume);
     rows.push_back(row);
   }
   share_mass(unit.mass, std::span(rows).subspan(first));
 }
 
+// The arm is from where the centre of mass is when the row's point is where it is: part s of the way on.
+void Detector::set_rigid(ContactRow& row, int side, double s, const RigidMotion& rigid) const {
+  Vec3 moved = Vec3::Zero();
+  if (!in.settings.raw_damping) moved = s * in.dt * (rigid.movable ? Vec3(rigid.v + in.dt * in.gravity) : rigid.v);
+  row.sides[side].rigid = rigid.movable;
+  row.sides[side].arm = row.point - rigid.p_WC - moved;
+}
+
 // Returns the side's part of the velocity u with which the bodies came here.
-Vec3 Detector::add_side(ContactRow& row, int side, const Unit& unit, const CollisionTet& t,
+Vec3 Detector::add_side(ContactRow& row, int side, double at, const Unit& unit, const CollisionTet& t,
                         const Eigen::Vector4d& b) const {
   const CollisionBody& body = in.bodies[unit.body];
   const double sign = side == 0 ? 1 : -1;
@@ -278,8 +298,7 @@ Vec3 Detector::add_side(ContactRow& row, int side, const Unit& unit, const Colli
   Vec3 came = Vec3::Zero();
   for (int k = 0; k < 4; ++k) came += sign * b[k] * placed[unit.body].v[t.nodes[k]];
   if (body.rigid) {
-    s.rigid = body.rigid->movable;
-    s.arm = row.point - body.rigid->p_WC;
+    set_rigid(row, side, at, *body.rigid);
     if (!s.rigid) row.known_velocity += sign * (body.rigid->v + body.rigid->w.cross(s.arm));
     return came;
   }
@@ -368,7 +387,7 @@ std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& po
   });
   append_rows(static_cast<int>(units.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
     const Unit& unit = units[k];
-    if (!detector.soft(unit) || unit.mass == kInfinity || unit.box.isEmpty()) return;
+    if (!detector.in_solve(unit) || unit.mass == kInfinity || unit.box.isEmpty()) return;
     for (int plane = 0; plane < static_cast<int>(input.planes.size()); ++plane) {
       const Vec3& n = input.planes[plane].normal;
       const double lowest = n.dot(unit.box.center()) - 0.5 * n.cwiseAbs().dot(unit.box.sizes());

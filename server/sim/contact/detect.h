@@ -20,6 +20,7 @@ struct RigidMotion {
   Vec3 w = Vec3::Zero();     // [rad/s]
   double mass = 0;           // [kg]
   bool movable = true;       // false: fixed or kinematic
+  bool in_solve = false;     // a rigid fragment: what else is rigid knows nothing of it, so it meets everything here
 };
 
 // A body as contact sees it at the start of a step. Everything is borrowed for the call.
@@ -48,7 +49,7 @@ struct DetectionInput {
 };
 
 // Rows of: soft body against soft body, rigid body or plane, and of different face-connected components of one soft
-// body (tets that share a node never). Rigid bodies do not meet each other here.
+// body (tets that share a node never); rigid fragments count as soft bodies. Other rigid bodies do not meet each other here.
 //
 // Default law: detection where the bodies would be at the end of the step without contact, x + dt (v + dt g);
 //   c_n = kappa m A / V^(2/3), m the reduced mass and V the smaller rest volume of the two components;

@@ -1,6 +1,7 @@
 #include "server/sim/fem/rest_body.h"
 
 #include "common/text.h"
+#include "server/sim/mesh/keep.h"
 
 #include <cassert>
 #include <cmath>
@@ -131,6 +132,16 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
   add_regions(regions, rest);
   update_node_mass(rest, mesh.tets, mesh.node_count());
   return rest;
+}
+
+void keep_tets(RestBody& rest, std::span<const int> kept) {
+  keep(rest.material_id, kept);
+  keep(rest.beta, kept);
+  keep(rest.core, kept);
+  keep(rest.volume, kept);
+  keep(rest.fill, kept);
+  keep(rest.beta_clamped, kept);
+  keep(rest.rest_gradient, kept);
 }
 
 void update_node_mass(RestBody& rest, const std::vector<Tet>& tets, int node_count) {

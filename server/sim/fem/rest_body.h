@@ -72,6 +72,9 @@ struct RestBody {
 Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit = 0,
                                 std::span<const MaterialRegion> regions = {});
 
+// Leaves the tets `kept`, ascending; node masses are the caller's to renew.
+void keep_tets(RestBody& rest, std::span<const int> kept);
+
 // Lumped masses and drags anew, after tets got other node ids. tets: one a rest tet; ids in [0, node_count).
 void update_node_mass(RestBody& rest, const std::vector<Tet>& tets, int node_count);
 

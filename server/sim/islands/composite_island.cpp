@@ -21,7 +21,7 @@ using contact::ContactSide;
 using Eigen::VectorXd;
 using linear_solver::SolverKind;
 
-constexpr int kMultigridBlocks = 60;        // blocks of unknowns to a piece, and
+constexpr int kMultigridBlocks = 60;        // blocks of unknowns to a piece or rigid body, and
 constexpr double kMultigridStiffness = 20;  // diagonal of A to mass, from which on a cycle pays for its set-up
 
 bool has_unknowns(const ContactSide& side) { return side.node_count > 0 || side.rigid; }
@@ -127,7 +127,7 @@ class System {
     if (wanted == SolverKind::jacobi || wanted == SolverKind::direct) return false;
     if (std::ranges::any_of(island_.soft, [&](int body) { return bodies_[body].hierarchy == nullptr; })) return false;
     if (wanted == SolverKind::multigrid) return true;
-    double pieces = 0, diagonal = 0, mass = 0;
+    double pieces = static_cast<double>(island_.rigid.size()), diagonal = 0, mass = 0;
     for (const int body : island_.soft) {
       pieces += bodies_[body].pieces;
       const fem::StepSystem& s = *bodies_[body].system;
@@ -223,25 +223,22 @@ void gather_rigid_outcome(const CompositeIsland& island, std::span<const IslandB
     const int begin = 3 * first_block[body];
     solution.rigid.push_back({body, solution.velocity.segment<3>(begin), solution.velocity.segment<3>(begin + 3)});
   }
-  std::vector<Vec3> missing, com;
+  std::vector<Vec3> missing;
   for (const RigidVelocity& after : solution.rigid) {
     missing.push_back(bodies[after.body].rigid->mass * after.v - bodies[after.body].rigid->b_v);
-    com.push_back(Vec3::Zero());
   }
   const auto push = [&](const ContactRow& row, int side, const Vec3& impulse) {
     const ContactSide& own = row.sides[side];
-    if (!own.rigid) return;
-    if (row.active) solution.impulses.push_back({own.body, row.point, impulse, row.sides[1 - side].body});
-    const auto at = std::ranges::lower_bound(island.rigid, own.body) - island.rigid.begin();
-    com[at] = row.point - own.arm;
-    if (row.active) missing[at] -= impulse;
+    if (!own.rigid || !row.active) return;
+    solution.impulses.push_back({own.body, bodies[own.body].rigid->p_WC + own.arm, impulse, row.sides[1 - side].body});
+    missing[std::ranges::lower_bound(island.rigid, own.body) - island.rigid.begin()] -= impulse;
   };
   for (const ContactRow& row : island.rows) {
     push(row, 0, row.impulse());
     push(row, 1, -row.impulse());
   }
   for (std::size_t k = 0; k < island.rigid.size(); ++k) {
-    solution.impulses.push_back({island.rigid[k], com[k], missing[k], island.rigid[k]});
+    solution.impulses.push_back({island.rigid[k], bodies[island.rigid[k]].rigid->p_WC, missing[k], island.rigid[k]});
   }
 }
 
@@ -259,16 +256,17 @@ std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodie
   std::vector<CompositeIsland> islands;
   std::vector<int> island_of_root(count, -1);
   const auto island_of = [&](int body) -> CompositeIsland& { return islands[island_of_root[find_root(parent, body)]]; };
-  for (int body = 0; body < count; ++body) {
-    if (bodies[body].system == nullptr) continue;
+  const auto open = [&](int body) {
     int& island = island_of_root[find_root(parent, body)];
-    if (island < 0) {
-      island = static_cast<int>(islands.size());
-      islands.emplace_back();
-    }
-    islands[island].soft.push_back(body);
-  }
-  // A row has at least one soft side, so a rigid body is in an island exactly if a row touches it.
+    if (island >= 0) return;
+    island = static_cast<int>(islands.size());
+    islands.emplace_back();
+  };
+  for (int body = 0; body < count; ++body)
+    if (bodies[body].system != nullptr) open(body), island_of(body).soft.push_back(body);
+  for (int body = 0; body < count; ++body)
+    if (bodies[body].in_solve) open(body);
+  // A row has a side that is soft or a fragment, so another rigid body is in an island exactly if a row touches it.
   for (int body = 0; body < count; ++body)
     if (bodies[body].rigid && island_of_root[find_root(parent, body)] >= 0) island_of(body).rigid.push_back(body);
   for (ContactRow& row : rows) {

@@ -19,6 +19,7 @@ namespace crumple::sim::islands {
 // A movable rigid body. Its equations are m v+ = b_v + contact, I w+ = b_w + contact.
 struct RigidPart {
   double mass = 0;                      // [kg]
+  Vec3 p_WC = Vec3::Zero();             // centre of mass at the start of the step [m]
   Mat3 inertia_W = Mat3::Identity();    // about the centre of mass, world axes [kg m^2]
   Vec3 v = Vec3::Zero();                // before the step: where the solve starts [m/s]
   Vec3 w = Vec3::Zero();                // [rad/s]
@@ -30,6 +31,7 @@ struct RigidPart {
 struct IslandBody {
   const fem::StepSystem* system = nullptr;  // borrowed
   std::optional<RigidPart> rigid;
+  bool in_solve = false;                    // a rigid fragment: nobody else steps it
   // For multigrid; without a hierarchy the island is solved by block-Jacobi.
   linear_solver::MultigridHierarchy* hierarchy = nullptr;  // borrowed: the body's coarse levels, made when needed
   const std::vector<Vec3>* X = nullptr;                    // rest positions, borrowed
@@ -42,8 +44,9 @@ struct CompositeIsland {
   std::vector<contact::ContactRow> rows;    // in the order of detection
 };
 
-// Every soft body is in exactly one island, every movable rigid body that touches a soft one too. Fixed bodies and planes
-// join nothing: what only shares the ground solves apart. Islands are ordered by their first soft body.
+// Every soft body and rigid fragment is in exactly one island, every other movable rigid body that touches one of them
+// too. Fixed bodies and planes join nothing: what only shares the ground solves apart. Islands are ordered by their first soft
+// body, after them those without one by their first fragment.
 std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodies, std::vector<contact::ContactRow> rows);
 
 struct IslandOptions {
@@ -61,7 +64,7 @@ struct RigidVelocity {
 // An impulse of contact on a movable rigid body, for the rigid room to apply.
 struct ContactImpulse {
   int body;
-  Vec3 point_W;    // [m]
+  Vec3 point_W;    // on the body as it was at the start of the step [m]
   Vec3 impulse_W;  // [N s]
   int other;       // body or plane that it comes from, as in detection; the body itself: what the tolerance left
 };

@@ -132,12 +132,15 @@ struct SoftScene {
       Eigen::VectorXd f(3 * body.state.x.size());
       for (std::size_t i = 0; i < body.state.x.size(); ++i) f.segment<3>(3 * i) = body.rest.node_mass[i] * gravity;
       fem::assemble(body.rest, body.mesh.tets, body.state, f, dt, body.prescribed, *pool, body.system);
-      bodies.push_back({&body.system, std::nullopt, &body.hierarchy, &body.mesh.X, body.rest.volume[0]});
+      bodies.push_back({.system = &body.system,
+                        .hierarchy = &body.hierarchy,
+                        .X = &body.mesh.X,
+                        .mean_tet_volume = body.rest.volume[0]});
     }
     for (RigidBox& box : rigid) {
       const Mat3 I = box.inertia_W();
-      RigidPart part{box.mass, I, box.v, box.w, box.mass * (box.v + dt * gravity), I * box.w};
-      bodies.push_back({nullptr, box.movable ? std::optional(part) : std::nullopt});
+      RigidPart part{box.mass, box.p, I, box.v, box.w, box.mass * (box.v + dt * gravity), I * box.w};
+      bodies.push_back({.rigid = box.movable ? std::optional(part) : std::nullopt});
     }
     detect();
     islands = composite_islands(bodies, rows);

@@ -1,0 +1,60 @@
+#include "server/sim/world_impl.h"
+
+#include <algorithm>
+
+// Rigid fragments of broken bodies in the solve (bodies/rigid_fragment.h), and how they get there.
+namespace crumple::sim {
+
+islands::IslandBody World::Impl::debris_for_islands(int body, double h) {
+  const RigidFragment& fragment = fragment_of(body);
+  if (fragment.is_held()) return {};
+  islands::RigidPart part{.mass = fragment.mass(), .p_WC = fragment.com(), .inertia_W = fragment.inertia()};
+  part.v = fragment.velocity();
+  part.w = fragment.angular_velocity();
+  const double share = h / scene.dt;  // of what was pushed in the step
+  part.b_v = part.mass * (part.v + h * scene.gravity) + share * fragment.pushed();
+  part.b_w = fragment.angular_momentum() + share * fragment.pushed_angular();
+  return {.rigid = part, .in_solve = true};
+}
+
+bool World::Impl::hand_over() {
+  bool any = false;
+  for (std::size_t b = 0; b < soft.size(); ++b) {
+    if (is_asleep(soft[b].id)) continue;
+    const SoftBody::HandOver moved = soft[b].hand_over();
+    if (moved.count == 0) continue;
+    any = true;
+    const int before = first_debris + static_cast<int>(debris.size());
+    for (int k = 0; k < moved.count; ++k)
+      debris.push_back({static_cast<int>(b), static_cast<int>(soft[b].fragments.size()) - moved.count + k});
+    follow_hand_over(static_cast<int>(b), moved, before);
+  }
+  return any;
+}
+
+// Friction that is remembered has the new ids, of bodies, tets and nodes; that of what left is forgotten.
+void World::Impl::follow_hand_over(int body, const SoftBody::HandOver& moved, int bodies_before) {
+  std::vector<contact::FrictionMemory::Entry> kept;
+  for (contact::FrictionMemory::Entry entry : friction.entries) {
+    const bool on_plane = entry.key[1] >= bodies_before;
+    bool left = false;
+    for (int side = 0; side < 2; ++side) {
+      int& id = entry.key[2 + side];
+      if (entry.key[side] != body) continue;
+      if (on_plane && !scene.contact.raw_damping) {  // rows of planes are of nodes
+        left = left || moved.node[id].fragment >= 0;
+        id = moved.node[id].node;
+      } else {
+        left = left || moved.tet[id] < 0;
+        id = moved.tet[id];
+      }
+    }
+    if (left) continue;
+    if (on_plane) entry.key[1] += moved.count;
+    kept.push_back(entry);
+  }
+  friction.entries = std::move(kept);
+  contact::sort(friction);
+}
+
+}  // namespace crumple::sim
