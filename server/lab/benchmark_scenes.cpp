@@ -86,6 +86,7 @@ SceneDescription panel_scene() {
   fem.material.poisson = 0.2;
   fem.material.density = 2500;
   fem.material.breakable = true;
+  fem.rigid_fragments = 24;
   fem.material.toughness = 1e5;
   fem.material.friction = 0.4;
   fem.material.cg_max_iterations = kIterations;

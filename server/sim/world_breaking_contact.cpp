@@ -41,13 +41,15 @@ bool World::Impl::break_ahead(const islands::CompositeIsland& island, const isla
   bool any = false;
   for (std::size_t k = 0; k < island.soft.size(); ++k) {
     const int b = island.soft[k];
+    Eigen::VectorXd& v_ahead = island_bodies[b].start.emplace(solution.soft_velocity(static_cast<int>(k)));
     if (!soft[b].rest.breakable() || !touches(island, b)) continue;
     const FractureOutcome outcome =
-        soft[b].fracture_ahead(solution.soft_velocity(static_cast<int>(k)), scene.dt, scene.creep_dt, scene.seed, step,
-                               round, pool);
+        soft[b].fracture_ahead(v_ahead, scene.dt, scene.creep_dt, scene.seed, step, round, pool);
     broken[b] += outcome;
     any = any || outcome.splits > 0;
   }
+  // Solves of what broke start where this one ended.
+  for (const auto& [b, v, w] : solution.rigid) (island_bodies[b].start.emplace(6)) << v, w;
   return any;
 }
 

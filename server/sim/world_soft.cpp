@@ -244,7 +244,10 @@ void World::Impl::fracture(StepReport& report) {
   }
   hand_over();  // what was drawn before is drawn as it was
   if (broke.empty()) return;
-  for (const std::size_t b : broke) rebuild_topology(soft[b].id);
+  for (const std::size_t b : broke) {
+    soft[b].draw_tets();
+    rebuild_topology(soft[b].id);
+  }
   ++topology.epoch;
   add_event(EventKind::topology, 0).message = text("drawn topology ", topology.epoch);
 }

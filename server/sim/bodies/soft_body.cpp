@@ -81,13 +81,9 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
   soft.stars_ = NodeStars(soft.tets, soft.node_count());
   for (int n = 0; n < soft.node_count(); ++n) soft.scene_nodes_.push_back({-1, n});
   soft.rigid_fragment_tets_ = soft.rest.breakable() ? model.rigid_fragments : 0;
-  soft.topology_changed();
+  soft.follow_tets();
+  soft.draw_tets();
   return soft;
-}
-
-void SoftBody::topology_changed() {
-  follow_tets();
-  draw_tets();
 }
 
 void SoftBody::follow_tets() {

@@ -111,7 +111,8 @@ class SoftBody {
   FractureOutcome fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool);
   // The same where v+ would take the body and after what would flow there; positions, velocities and plastic strain stay
   // those of before. `round`: of several in a step.
-  FractureOutcome fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, double creep_dt,
+  // v_ahead: v+; gets the entries of new nodes.
+  FractureOutcome fracture_ahead(Eigen::VectorXd& v_ahead, double dt, double creep_dt,
                                  std::uint64_t seed, std::uint64_t step, int round, const ThreadPool& pool);
 
   // Where a node or a tet of before went when pieces left: its new id, or that in a fragment.
@@ -127,6 +128,7 @@ class SoftBody {
   // At the end of a step, elements up to date: pieces of at most as many tets as the scene says go on as rigid fragments,
   // unless they hang on a prescribed node or are still strained by 10 %.
   HandOver hand_over();
+  void draw_tets();  // after splits, however many: the surface that is drawn
 
   // Spreads an impulse [N s] over the nodes within radius of a point by a smooth kernel times their mass; on the nearest
   // node if there is none.
@@ -150,9 +152,7 @@ class SoftBody {
     NodeMotion motion;
     std::vector<Vec3> at_start;
   };
-  void topology_changed();
   void follow_tets();                  // what the solve and contact need of the tets
-  void draw_tets();                    // surface that is drawn
   bool is_near_rest(int t) const;
   std::vector<char> leaving(const fracture::Fragments& pieces);
   void keep_part(std::span<const int> kept_tets, std::span<const int> kept_nodes, const HandOver& moved);

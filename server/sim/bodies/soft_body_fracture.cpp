@@ -43,7 +43,7 @@ std::vector<int> SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
   }
   if (command_force_.size() > 0) command_force_.conservativeResizeLike(Eigen::VectorXd::Zero(3 * node_count()));
   fem::update_node_mass(rest, tets, node_count());
-  topology_changed();
+  follow_tets();
   last_fragments_ = report.fragments;
   small_pieces_ = rigid_fragment_tets_ > 0;
 
@@ -63,12 +63,12 @@ FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const
   return outcome;
 }
 
-FractureOutcome SoftBody::fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, double creep_dt,
+FractureOutcome SoftBody::fracture_ahead(Eigen::VectorXd& v_ahead, double dt, double creep_dt,
                                          std::uint64_t seed, std::uint64_t step, int round, const ThreadPool& pool) {
   FractureOutcome outcome{.fragments = all_pieces()};
-  if (!may_break(step) || !v_plus.allFinite()) return outcome;
+  if (!may_break(step) || !v_ahead.allFinite()) return outcome;
   std::vector<Vec3> x = state.x, v = state.v;
-  for (int n = 0; n < node_count(); ++n) state.x[n] += dt * v_plus.segment<3>(3 * n);
+  for (int n = 0; n < node_count(); ++n) state.x[n] += dt * v_ahead.segment<3>(3 * n);
   // What yields in this step does not tear in it: stress is looked at after the flow, as at the end of a step.
   std::vector<Mat3> plastic_strain;
   if (rest.yields()) {
@@ -80,6 +80,10 @@ FractureOutcome SoftBody::fracture_ahead(Eigen::Ref<const Eigen::VectorXd> v_plu
   const std::vector<int> origin = split_nodes(seed + static_cast<std::uint64_t>(round), step, pool, outcome);
   fracture::extend_by_origin(x, origin);
   fracture::extend_by_origin(v, origin);
+  const Eigen::Index known = v_ahead.size() / 3;
+  v_ahead.conservativeResize(3 * node_count());
+  for (std::size_t k = 0; k < origin.size(); ++k)
+    v_ahead.segment<3>(3 * (known + static_cast<Eigen::Index>(k))) = v_ahead.segment<3>(3 * origin[k]);
   state.x = std::move(x);
   state.v = std::move(v);
   if (rest.yields()) state.plastic_strain = std::move(plastic_strain);

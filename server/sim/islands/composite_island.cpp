@@ -64,6 +64,15 @@ class System {
     }
   }
 
+  // Bodies that know better than their velocities before the step where to start.
+  void start_from(VectorXd& x) const {
+    const auto put = [&](int body) {
+      if (const auto& start = bodies_[body].start) x.segment(3 * first_block_[body], start->size()) = *start;
+    };
+    std::ranges::for_each(island_.soft, put);
+    std::ranges::for_each(island_.rigid, put);
+  }
+
   void multiply(const VectorXd& x, VectorXd& y, const ThreadPool& pool) const {
     for (const int body : island_.soft) {
       const fem::StepSystem& s = *bodies_[body].system;
@@ -293,6 +302,7 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
   const VectorXd start = x;
   for (int k = 0; k < rows.size(); ++k)
     contact::start_row(memory, rows.relative_velocity(k, start), options.may_pull, island.rows[k]);
+  system.start_from(x);
   std::vector<Vec3> u(rows.size());
   const std::vector<MultigridPart> parts =
       system.use_multigrid(options.solver) ? system.update_coarse_levels(pool) : std::vector<MultigridPart>{};

@@ -32,6 +32,8 @@ struct IslandBody {
   const fem::StepSystem* system = nullptr;  // borrowed
   std::optional<RigidPart> rigid;
   bool in_solve = false;                    // a rigid fragment: nobody else steps it
+  // Where the solve starts, if not from the velocities before the step: 3n of a soft body, (v, w) of a rigid one.
+  std::optional<Eigen::VectorXd> start;
   // For multigrid; without a hierarchy the island is solved by block-Jacobi.
   linear_solver::MultigridHierarchy* hierarchy = nullptr;  // borrowed: the body's coarse levels, made when needed
   const std::vector<Vec3>* X = nullptr;                    // rest positions, borrowed
