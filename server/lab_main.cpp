@@ -4,6 +4,7 @@
 #include "server/lab/benchmark.h"
 #include "server/lab/benchmark_scenes.h"
 #include "server/lab/chart/chart_command.h"
+#include "server/lab/material_preview.h"
 #include "server/lab/material_replay.h"
 #include "server/lab/stability/stability_command.h"
 #include "server/lab/static_solve.h"
@@ -218,6 +219,15 @@ int main(int argc, char** argv) {
   });
 
   TrajectoryCommand trajectory;
+  std::string preview_file, preview_out = "preview";
+  auto* v = app.add_subcommand("preview", "panels of a material pushed, bent and struck: a picture and a scene");
+  v->add_option("material", preview_file, "JSON file of a FemMaterial, as in deploy/materials")->required();
+  v->add_option("--out", preview_out, "folder for preview.svg and preview.json")->capture_default_str();
+  v->callback([&] {
+    auto result = lab::preview_material(preview_file, preview_out);
+    exit_code = result ? print(*result) : fail(result.error());
+  });
+
   auto* t = app.add_subcommand("trajectory", "steps a run that case.json names");
   t->add_option("case", trajectory.case_dir)->required();
   t->add_option("--run", trajectory.run_name)->required();
