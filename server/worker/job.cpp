@@ -48,7 +48,7 @@ class Output {
     energies_ << std::setprecision(17) << "step,time,kinetic,elastic,gravitational,px,py,pz,Lx,Ly,Lz\n";
     events_ << std::setprecision(17) << "sequence,step,time,kind,body,x,y,z,magnitude,count,fragments,message\n";
     timings_ << "step,ms,contacts,solver_iterations,worst_residual,capped_solves,splits,plastic_impulses,worst_penetration_m,"
-                "live_tets,asleep_tets,live_nodes,live_bodies,asleep_bodies\n";
+                "live_tets,asleep_tets,live_nodes,live_bodies,asleep_bodies,rigid_fragments\n";
   }
 
   Result<void> open() {
@@ -84,7 +84,8 @@ class Output {
     timings_ << r.step << ',' << ms << ',' << r.contacts << ',' << r.solver_iterations << ',' << r.worst_residual << ','
              << r.capped_solves << ',' << r.splits << ',' << r.plastic_impulses << ',' << r.worst_penetration << ','
              << r.workload.live_tets << ',' << r.workload.asleep_tets << ',' << r.workload.live_nodes << ','
-             << r.workload.live_bodies << ',' << r.workload.asleep_bodies << '\n';
+             << r.workload.live_bodies << ',' << r.workload.asleep_bodies << ','
+             << r.workload.rigid_fragments << '\n';
   }
 
   Result<void> finish(const std::string& result) {

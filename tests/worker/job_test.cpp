@@ -184,7 +184,7 @@ TEST(Job, WritesOneRowARecordOrStepOrEvent) {
   for (const std::string& row : energies) EXPECT_EQ(std::count(row.begin(), row.end(), ','), 10) << row;
   EXPECT_TRUE(energies[4].starts_with("12,0.1")) << energies[4];
   ASSERT_EQ(timings.size(), 1u + 12);
-  for (const std::string& row : timings) EXPECT_EQ(std::count(row.begin(), row.end(), ','), 13) << row;
+  for (const std::string& row : timings) EXPECT_EQ(std::count(row.begin(), row.end(), ','), 14) << row;
   ASSERT_EQ(events.size(), 1u + 1);
   EXPECT_EQ(std::count(events[0].begin(), events[0].end(), ','), 11);
   EXPECT_TRUE(events[1].starts_with("1,3,") && events[1].find(",script,1,") != std::string::npos) << events[1];

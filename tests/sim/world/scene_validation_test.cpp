@@ -239,6 +239,7 @@ const Breach kBreaches[] = {
      },
      "bodies[1].fem.mesh.tags", "holds 2 values"},
     {"clamp", [](S& s) { fem(s).clamp_limit = -1; }, "bodies[1].fem.clamp_limit", "at least 0"},
+    {"rigid_fragments", [](S& s) { fem(s).rigid_fragments = -1; }, "bodies[1].fem.rigid_fragments", "at least 0"},
 
     {"no_set", [](S& s) { example(s).set = nullptr; }, "bodies[2].example.asset", "missing"},
     {"weight_sum",
