@@ -96,7 +96,7 @@ TEST(RigidFragments, PiecesOfABrokenPaneComeToRestAndSleep) {
   auto world = make_world(shattered_on_the_ground(9));
   const double mass = 1000 * 0.8 * 0.8 * 0.1;
   int most = 0;
-  for (int k = 0; k < 60 * 20 && world->workload().live_bodies > 0; ++k) {
+  for (int k = 0; k < 60 * 40 && world->workload().live_bodies > 0; ++k) {
     world->step();
     most = std::max(most, world->fem(0).rigid_fragments);
     for (const Vec3& x : world->fem(0).x) ASSERT_GT(x.y(), -0.1) << k;
