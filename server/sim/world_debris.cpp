@@ -17,19 +17,16 @@ islands::IslandBody World::Impl::debris_for_islands(int body, double h) {
   return {.rigid = part, .in_solve = true};
 }
 
-bool World::Impl::hand_over() {
-  bool any = false;
+void World::Impl::hand_over() {
   for (std::size_t b = 0; b < soft.size(); ++b) {
     if (is_asleep(soft[b].id)) continue;
     const SoftBody::HandOver moved = soft[b].hand_over();
     if (moved.count == 0) continue;
-    any = true;
     const int before = first_debris + static_cast<int>(debris.size());
     for (int k = 0; k < moved.count; ++k)
       debris.push_back({static_cast<int>(b), static_cast<int>(soft[b].fragments.size()) - moved.count + k});
     follow_hand_over(static_cast<int>(b), moved, before);
   }
-  return any;
 }
 
 // Friction that is remembered has the new ids, of bodies, tets and nodes; that of what left is forgotten.

@@ -158,7 +158,7 @@ struct World::Impl {
   }
   const SoftBody& parent_of(int body) const { return soft[debris[body - first_debris].soft]; }
   islands::IslandBody debris_for_islands(int body, double h);
-  bool hand_over();  // whether something left
+  void hand_over();
   void follow_hand_over(int body, const SoftBody::HandOver& moved, int bodies_before);
   double contact_work(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
                       std::span<const islands::IslandBody> bodies) const;

@@ -281,7 +281,7 @@ void SoftBody::use_rotation(bool safe) {
 void SoftBody::plastic_flow(double dt, double creep_dt, const ThreadPool& pool) {
   if (frozen || is_empty()) return;
   fem::plastic_flow(rest, tets, state.x, dt, creep_dt, pool, state.plastic_strain, system.elements);
-  elements_at_state_ = elements_at_state_ || std::isfinite(material().yield);
+  elements_at_state_ = elements_at_state_ || rest.yields();
 }
 
 void SoftBody::push(const Vec3& impulse_W, const Vec3& point_W, double radius) {

@@ -47,10 +47,7 @@ struct Detector {
 
   const CollisionTet& tet(const Unit& unit, int k) const { return in.bodies[unit.body].mesh->tets[k]; }
   // Whether the solve alone moves the unit's body.
-  bool in_solve(const Unit& unit) const {
-    const std::optional<RigidMotion>& rigid = in.bodies[unit.body].rigid;
-    return !rigid || rigid->in_solve;
-  }
+  bool in_solve(const Unit& unit) const { return !in.bodies[unit.body].rigid || is_fragment(unit.body); }
   bool is_fragment(int body) const {
     return body < static_cast<int>(in.bodies.size()) && in.bodies[body].rigid && in.bodies[body].rigid->in_solve;
   }

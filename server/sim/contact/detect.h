@@ -54,7 +54,8 @@ struct DetectionInput {
 // Default law: detection where the bodies would be at the end of the step without contact, x + dt (v + dt g);
 //   c_n = kappa m A / V^(2/3), m the reduced mass and V the smaller rest volume of the two components;
 //   s* = -gap/dt for what is still apart at the start of the step, min(depth/tau, v_max) for what overlaps there; depth is
-//   overlap_depth(V, A). Rows of rigid fragments have 0.3 kappa and 2 tau. Against a plane each node below it has a row of its own (submerged_nodes.h).
+//   overlap_depth(V, A). Rows of rigid fragments have 0.3 kappa and 2 tau. Against a plane each node below it has a row
+//   of its own (submerged_nodes.h).
 // Raw law, the paper's: detection at x; c_n = dt phi |r|, s* = 0: damping, in both directions, and nothing else.
 // Rows are in ascending order of their components and tets, planes last; the order and the bits do not depend on the
 // number of threads. Bodies of non-finite position meet nothing.
