@@ -42,6 +42,10 @@ int print(const Json& json) {
   return 0;
 }
 
+sim::fem::ElementKind element_kind(const std::string& name) {
+  return name == "octahedra" ? sim::fem::ElementKind::smoothed_octahedra : sim::fem::ElementKind::linear_tetrahedra;
+}
+
 struct SolveCommand {
   std::string case_dir, level, model = "corotational", precision = "double", out;
   lab::MaterialOverride material;
@@ -96,6 +100,7 @@ struct BenchCommand {
   std::uint64_t seed = 1;
   std::string solver, precision, integrator;
   double tolerance = 0;
+  std::string element;
 
   // What the command line says in place of the scene.
   void override_scene(sim::SceneDescription& description) const {
@@ -109,6 +114,7 @@ struct BenchCommand {
     for (sim::BodyDescription& body : description.bodies) {
       auto* fem = std::get_if<sim::FemModel>(&body.model);
       if (fem && tolerance > 0) fem->material.cg_tolerance = tolerance;
+      if (fem && !element.empty()) fem->element = element_kind(element);
     }
   }
 
@@ -166,6 +172,9 @@ struct BenchCommand {
 void add_material(CLI::App* command, lab::MaterialOverride& material) {
   command->add_option("--young", material.young, "E [Pa], instead of the case's");
   command->add_option("--nu", material.poisson, "Poisson's ratio, instead of the case's");
+  command->add_option_function<std::string>("--element", [&](const std::string& name) { material.element = element_kind(name); },
+                                            "tets: linear; octahedra: smoothed over long edges")
+      ->check(CLI::IsMember({"tets", "octahedra"}));
 }
 
 }  // namespace
@@ -255,6 +264,7 @@ int main(int argc, char** argv) {
   b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));
   b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));
   b->add_option("--integrator", bench.integrator, "instead of the scene's")->check(CLI::IsMember({"backward_euler", "bdf2"}));
+  b->add_option("--element", bench.element, "of finite-element bodies, instead of the scene's")->check(CLI::IsMember({"tets", "octahedra"}));
   b->add_flag("--invariants", bench.invariants, "momentum, energy and work of every step");
   b->add_flag("--json", json, "the output is JSON always; accepted for scripts that say so");
   b->callback([&] { exit_code = bench.run(); });

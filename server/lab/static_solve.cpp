@@ -75,7 +75,7 @@ class DirectSolver {
 class Structure {
  public:
   Structure(const Level& level, sim::fem::RestBody rest)
-      : level_(level), free_(level.fixed_dofs()), rest_(std::move(rest)), plastic_(level.mesh.tets.size(), Mat3::Zero()),
+      : level_(level), free_(level.fixed_dofs()), rest_(std::move(rest)), plastic_(rest_.point_count(), Mat3::Zero()),
         x_(level.mesh.X) {}
   const FreeDofs& free() const { return free_; }
   const std::vector<Vec3>& x() const { return x_; }  // where they were placed last

@@ -21,7 +21,7 @@ class Motion {
       : level_(level), run_(run), h_(h), bdf2_(bdf2), rest_(std::move(rest)) {
     state_.x = level.mesh.X;
     state_.v = level.initial_velocity.empty() ? std::vector<Vec3>(state_.x.size(), Vec3::Zero()) : level.initial_velocity;
-    state_.plastic_strain.assign(level.mesh.tets.size(), Mat3::Zero());
+    state_.plastic_strain.assign(rest_.point_count(), Mat3::Zero());
     f_ext_ = run.loads ? level.loads : Eigen::VectorXd::Zero(level.loads.size()).eval();
     for (std::size_t n = 0; n < state_.x.size(); ++n) f_ext_.segment<3>(3 * n) += rest_.node_mass[n] * run.gravity;
     fixed_ = level.fixed_dofs();

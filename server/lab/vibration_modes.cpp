@@ -36,7 +36,7 @@ Result<std::vector<double>> natural_frequencies(const Level& level, const Materi
 
   Eigen::VectorXd mass(n);
   for (int i = 0; i < n; ++i) mass[i] = rest->node_mass[dofs[i] / 3];
-  const std::vector<Mat3> no_strain(level.mesh.tets.size(), Mat3::Zero());
+  const std::vector<Mat3> no_strain(rest->point_count(), Mat3::Zero());
   const Eigen::SparseMatrix<double> full = sim::fem::tangent_stiffness(*rest, level.mesh.tets, level.mesh.X, no_strain,
                                                                        sim::fem::Tangent::fixed_rotation);
   std::vector<Eigen::Triplet<double>> entries;

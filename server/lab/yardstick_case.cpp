@@ -167,7 +167,7 @@ Result<Material> read_material(const std::filesystem::path& case_dir, const Mate
   if (!(*young > 0 && *young <= sim::fem::kMaxYoung)) return invalid("E", text("is ", *young, ", must be in (0, 1e13]"));
   if (!(*poisson >= 0 && *poisson < 0.5)) return invalid("nu", text("is ", *poisson, ", must be in [0, 0.5)"));
   if (!(*density > 0 && *density <= sim::fem::kMaxDensity)) return invalid("rho", text("is ", *density, ", must be in (0, 1e7]"));
-  return Material{*young, *poisson, *density};
+  return Material{*young, *poisson, *density, override.element};
 }
 
 Result<sim::fem::RestBody> rest_body(const Level& level, const Material& material) {
@@ -176,7 +176,7 @@ Result<sim::fem::RestBody> rest_body(const Level& level, const Material& materia
   m.young = material.young;
   m.poisson = material.poisson;
   m.density = material.density;
-  return sim::fem::make_rest_body(level.mesh, m, kNoClamp);
+  return sim::fem::make_rest_body(level.mesh, m, kNoClamp, {}, material.element);
 }
 
 Result<Run> read_run(const std::filesystem::path& case_dir, const std::string& name) {

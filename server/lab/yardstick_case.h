@@ -36,11 +36,13 @@ struct Material {
   double young = 0;    // [Pa]
   double poisson = 0;  // [-]
   double density = 0;  // [kg/m^3]
+  sim::fem::ElementKind element = sim::fem::ElementKind::linear_tetrahedra;
 };
 
 // What the caller may set instead of the case's material.
 struct MaterialOverride {
   std::optional<double> young, poisson;
+  sim::fem::ElementKind element = sim::fem::ElementKind::linear_tetrahedra;
 };
 
 // A dynamic run of case.json.

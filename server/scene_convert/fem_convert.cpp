@@ -8,6 +8,18 @@
 namespace crumple::scene_convert {
 namespace {
 
+sim::fem::ElementKind to_element(int element, const std::string& field, Conversion& c) {
+  switch (element) {
+    case v1::FemBody::LINEAR_TETRAHEDRA:
+      return sim::fem::ElementKind::linear_tetrahedra;
+    case v1::FemBody::SMOOTHED_OCTAHEDRA:
+      return sim::fem::ElementKind::smoothed_octahedra;
+    default:
+      c.breach.require(false, field, "is " + std::to_string(element) + ", must be LINEAR_TETRAHEDRA or SMOOTHED_OCTAHEDRA");
+  }
+  return {};
+}
+
 sim::fem::RotationRule to_rotation_rule(int rule, const std::string& field, Conversion& c) {
   switch (rule) {
     case v1::FemMaterial::SVD:
@@ -62,6 +74,7 @@ sim::FemModel to_fem(const v1::FemBody& message, const std::string& field, Conve
   sim::FemModel model;
   model.material = to_material(message.material(), field + ".material", c);
   if (message.has_clamp_limit()) model.clamp_limit = message.clamp_limit();
+  model.element = to_element(message.element(), field + ".element", c);
   if (message.has_rigid_fragments()) model.rigid_fragments = message.rigid_fragments();
   model.mesh = to_shared_tets(message.mesh(), field + ".mesh", c);
   if (c.breach.ok()) model.regions = to_regions(message.regions(), model.material, *model.mesh, field + ".regions", c);

@@ -4,6 +4,7 @@
 #include "server/sim/command.h"
 #include "server/sim/example_based/example_set.h"
 #include "server/sim/fem/material_region.h"
+#include "server/sim/fem/smoothed_octahedron.h"
 #include "server/sim/linear_solver/solver_kind.h"
 #include "server/sim/mesh/surface_mesh.h"
 #include "server/sim/mesh/tet_mesh.h"
@@ -65,6 +66,7 @@ struct FemModel {
   fem::FemMaterial material;                 // of the tets that no region has
   std::vector<fem::MaterialRegion> regions;  // at most 1,000
   std::vector<NodeMotion> motions;           // fixed and scripted nodes; at most 1,000
+  fem::ElementKind element = fem::ElementKind::linear_tetrahedra;
   double clamp_limit = 0;                    // limit of the basis matrices' singular values [1/m], [0, 1e9];
                                              // 0: 20 / mean edge
   int rigid_fragments = 9;                   // pieces of at most so many tets go on as rigid bodies, [0, 1e6]; 0: none

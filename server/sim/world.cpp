@@ -105,7 +105,8 @@ Energies World::energies() const {
 FemView World::fem(BodyId body) const {
   assert(impl_->places[body].model == BodyModel::fem);
   const SoftBody& soft = impl_->soft[impl_->places[body].index];
-  FemView view{soft.tets, soft.state.x, soft.state.v, soft.state.plastic_strain, soft.rest.material_id, soft.von_mises()};
+  FemView view{soft.tets, soft.state.x, soft.state.v, {}, soft.rest.material_id, soft.von_mises()};
+  for (int t = 0; t < static_cast<int>(soft.tets.size()); ++t) view.plastic_strain.push_back(soft.plastic_strain_of(t));
   view.inverted = fem::inverted_count(soft.tets, soft.state.x);
   view.fragments = fracture::find_fragments(soft.tets).count() + static_cast<int>(soft.fragments.size());
   view.rigid_fragments = static_cast<int>(soft.fragments.size());

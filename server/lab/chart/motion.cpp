@@ -182,6 +182,7 @@ std::uint64_t level_hash(const Level& level, const Material& material) {
     hash.add(d.value);
   }
   for (double v : {material.young, material.poisson, material.density}) hash.add(v);
+  hash.add(static_cast<std::uint64_t>(material.element));
   return hash.value();
 }
 

@@ -30,6 +30,7 @@ struct Setup {
   sim::Integrator integrator = sim::Integrator::backward_euler;
   int threads = 1;
   authoring::Lattice lattice = authoring::Lattice::kuhn;
+  sim::fem::ElementKind element = sim::fem::ElementKind::linear_tetrahedra;
   int cells = 4;                   // across the thickness of a beam, along an edge of a block
   BodyKind body = BodyKind::finite_elements;
   double alpha = 100;              // of an example-based body [1/m]

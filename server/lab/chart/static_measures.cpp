@@ -29,6 +29,7 @@ Result<Cantilever> cantilever(const Setup& setup) {
   auto mesh = authoring::box_mesh({.size = {1, 0.1, 0.1}, .cells = {5 * n, n, n}, .lattice = setup.lattice, .minimum = Vec3::Zero()});
   if (!mesh) return std::unexpected(mesh.error());
   Cantilever made;
+  made.material.element = setup.element;
   made.level.mesh = std::move(*mesh);
   const std::vector<Vec3>& X = made.level.mesh.X;
   for (int node : authoring::nodes_on_side(X, authoring::Side::min_x)) {
@@ -92,6 +93,7 @@ Result<Stored> stored(const Setup& setup, const Workshop& workshop) {
   const auto folder = workshop.yardstick / setup.case_name;
   MaterialOverride override;
   if (setup.poisson > 0) override.poisson = setup.poisson;
+  override.element = setup.element;
   auto level = read_level(folder, setup.level);
   if (!level) return std::unexpected(level.error());
   auto material = read_material(folder, override);
@@ -125,7 +127,7 @@ double field_error(const Stored& read, const StaticSolution& solution, const std
 Result<double> energy_error(const Stored& read, const StaticSolution& solution, const std::string& field) {
   auto rest = rest_body(read.level, read.material);
   if (!rest) return std::unexpected(rest.error());
-  const std::vector<Mat3> unstrained(read.level.mesh.tets.size(), Mat3::Zero());
+  const std::vector<Mat3> unstrained(rest->point_count(), Mat3::Zero());
   const auto K = sim::fem::tangent_stiffness(*rest, read.level.mesh.tets, read.level.mesh.X, unstrained, sim::fem::Tangent::fixed_rotation);
   const std::vector<double> u = flat(solution.displacements), reference = field_of(read, field);
   const Eigen::Map<const Eigen::VectorXd> r(reference.data(), static_cast<Eigen::Index>(reference.size()));

@@ -30,7 +30,7 @@ double drawn_stress(const fem::FemMaterial& material) {
 Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const FemModel& model,
                                 const SoftBodyOptions& options, const std::string& field) {
   const TetMesh& mesh = *model.mesh;
-  auto rest = fem::make_rest_body(mesh, model.material, model.clamp_limit, model.regions);
+  auto rest = fem::make_rest_body(mesh, model.material, model.clamp_limit, model.regions, model.element);
   if (!rest) return std::unexpected(Error{rest.error().code, field + "." + rest.error().field, rest.error().message});
 
   SoftBody soft;
@@ -51,7 +51,7 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
     soft.material_rotation_.push_back(soft.rest.material_at(k).rotation);
     soft.value_scale_.push_back(drawn_stress(soft.rest.material_at(k)));
   }
-  soft.state.plastic_strain.assign(mesh.tets.size(), Mat3::Zero());
+  soft.state.plastic_strain.assign(soft.rest.point_count(), Mat3::Zero());
   for (const Vec3& X : mesh.X) {
     const Vec3 x = body.pose * X;
     soft.state.x.push_back(x);
@@ -345,9 +345,13 @@ Vec3 SoftBody::momentum() const {
 
 std::vector<double> SoftBody::von_mises() const {
   std::vector<double> values(tets.size());
-  if (system.elements.sigma.size() < tets.size()) return values;  // before the first step: stress-free
-  const std::vector<Mat3> sigma = elements_at_state_ ? system.elements.sigma : elements_now().sigma;
-  for (std::size_t t = 0; t < tets.size(); ++t) values[t] = fem::von_mises(sigma[t]);
+  if (!rest.smoothed() && system.elements.sigma.size() < tets.size()) return values;  // before the first step: stress-free
+  const bool at_state = elements_at_state_ && system.elements.is_of(rest);
+  const fem::Elements now = at_state ? fem::Elements{} : elements_now();
+  const fem::Elements& elements = at_state ? system.elements : now;
+  for (int t = 0; t < static_cast<int>(tets.size()); ++t) {
+    values[t] = fem::von_mises(rest.smoothed() ? fem::element_stress(rest, elements, t) : elements.sigma[t]);
+  }
   return values;
 }
 

@@ -6,6 +6,16 @@
 
 namespace crumple::sim {
 
+// before: of each element, which one it was part of; empty: they are the same.
+void SoftBody::follow_elements(std::span<const int> before, std::vector<Mat3>& plastic_strain) {
+  element_before_.assign(before.begin(), before.end());
+  if (before.empty()) return;
+  system.elements.octahedra = {};  // of others
+  std::vector<Mat3> strain(before.size());
+  for (std::size_t d = 0; d < before.size(); ++d) strain[d] = plastic_strain[before[d]];
+  plastic_strain = std::move(strain);
+}
+
 bool SoftBody::may_break(std::uint64_t step) const {
   return !frozen && !is_empty() && rest.breakable() && step % material().fracture_interval == 0;
 }
@@ -42,7 +52,7 @@ std::vector<int> SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
     copies_of(prescribed_[at].node, [&](int copy) { prescribed_.push_back({copy, velocity}); });
   }
   if (command_force_.size() > 0) command_force_.conservativeResizeLike(Eigen::VectorXd::Zero(3 * node_count()));
-  fem::update_node_mass(rest, tets, node_count());
+  follow_elements(fem::follow_topology(rest, tets, node_count()), state.plastic_strain);
   follow_tets();
   last_fragments_ = report.fragments;
   small_pieces_ = rigid_fragment_tets_ > 0;
@@ -86,7 +96,10 @@ FractureOutcome SoftBody::fracture_ahead(Eigen::VectorXd& v_ahead, double dt, do
     v_ahead.segment<3>(3 * (known + static_cast<Eigen::Index>(k))) = v_ahead.segment<3>(3 * origin[k]);
   state.x = std::move(x);
   state.v = std::move(v);
-  if (rest.yields()) state.plastic_strain = std::move(plastic_strain);
+  if (rest.yields()) {
+    if (outcome.splits > 0) follow_elements(std::vector<int>(element_before_), plastic_strain);
+    state.plastic_strain = std::move(plastic_strain);
+  }
   whole_ahead_ = outcome.splits == 0;
   return outcome;
 }

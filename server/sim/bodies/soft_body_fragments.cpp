@@ -17,10 +17,14 @@ constexpr double kSmallestVolume = 0.2;  // of the rest volume
 
 }  // namespace
 
+Mat3 SoftBody::plastic_strain_of(int t) const {
+  return rest.smoothed() ? fem::tet_plastic_strain(rest, state.plastic_strain, t) : state.plastic_strain[t];
+}
+
 bool SoftBody::is_near_rest(int t) const {
   const double volume = fem::edge_matrix(fem::gather(state.x, tets[t])).determinant() / 6;
   return volume > kSmallestVolume * rest.volume[t] &&
-         system.elements.sigma[t].norm() <= kLargestStrain * 2 * rest.lame_of(t).mu;
+         fem::element_stress(rest, system.elements, t).norm() <= kLargestStrain * 2 * rest.lame_of(t).mu;
 }
 
 // By piece: whether it may leave now. Sets small_pieces_.
@@ -51,6 +55,8 @@ SoftBody::HandOver SoftBody::hand_over() {
   HandOver moved;
   if (!small_pieces_ || frozen) return moved;
   const fracture::Fragments pieces = fracture::find_fragments(tets);
+  if (!system.elements.is_of(rest))
+    fem::update_elements(rest, tets, state.x, state.plastic_strain, ThreadPool(1), system.elements);
   const std::vector<char> leaves = leaving(pieces);
   moved.count = static_cast<int>(std::ranges::count(leaves, 1));
   if (moved.count == 0) return moved;
@@ -74,7 +80,7 @@ SoftBody::HandOver SoftBody::hand_over() {
     RigidFragment::Piece& piece = made[k];
     piece.tets.push_back(tets[t]);  // node ids follow below
     piece.tet_mass.push_back(tet_mass_[t]);
-    piece.plastic_strain.push_back(state.plastic_strain[t]);
+    piece.plastic_strain.push_back(plastic_strain_of(t));
     if (rest.heterogeneous()) piece.material_id.push_back(rest.material_id[t]);
     for (const int n : tets[t]) moved.node[n].fragment = before + k;
   }
@@ -108,7 +114,7 @@ void SoftBody::keep_part(std::span<const int> kept_tets, std::span<const int> ke
   keep(tets, kept_tets);
   for (Tet& tet : tets) std::ranges::for_each(tet, follow);
   keep(tet_mass_, kept_tets);
-  keep(state.plastic_strain, kept_tets);
+  if (!rest.smoothed()) keep(state.plastic_strain, kept_tets);
   fem::keep_tets(rest, kept_tets);
   fem::Elements& elements = system.elements;
   keep(elements.Q, kept_tets);
@@ -125,7 +131,7 @@ void SoftBody::keep_part(std::span<const int> kept_tets, std::span<const int> ke
     for (NodeRef& ref : *refs)
       if (ref.fragment < 0) ref = moved.node[ref.node];
   }
-  fem::update_node_mass(rest, tets, node_count());
+  follow_elements(fem::follow_topology(rest, tets, node_count()), state.plastic_strain);
   stars_ = NodeStars(tets, node_count());
   last_fragments_ -= moved.count;
   command_force_.resize(0);

@@ -19,14 +19,12 @@ void SoftBody::choose_formula(double dt, const ThreadPool& pool) {
 namespace {
 
 // Work in dt that prescribed nodes do on the elements at them [J].
-double work_of(std::span<const fem::PrescribedNode> prescribed, const std::vector<Tet>& tets, int node_count,
+double work_of(std::span<const fem::PrescribedNode> prescribed, const fem::RestBody& rest, const std::vector<Tet>& tets,
                const fem::Elements& elements, double dt) {
-  std::vector<Vec3> velocity(node_count, Vec3::Zero());
-  for (const fem::PrescribedNode& p : prescribed) velocity[p.node] = p.velocity;
+  Eigen::VectorXd f(3 * rest.node_count());
+  fem::gather_forces(rest, tets, elements, f);
   double work = 0;
-  for (std::size_t t = 0; t < tets.size(); ++t) {
-    for (int k = 0; k < 4; ++k) work -= dt * velocity[tets[t][k]].dot(elements.force[t].col(k));
-  }
+  for (const fem::PrescribedNode& p : prescribed) work -= dt * p.velocity.dot(f.segment<3>(3 * p.node));
   return work;
 }
 
@@ -41,13 +39,13 @@ void SoftBody::measure(double dt) {
   elastic_ = fem::elastic_energy(rest, system.elements);
   prescribed_work_ = 0;
   if (any_moves(prescribed_before_)) {
-    prescribed_work_ = work_of(prescribed_before_, tets, node_count(), system.elements, dt);
+    prescribed_work_ = work_of(prescribed_before_, rest, tets, system.elements, dt);
   }
 }
 
 double SoftBody::prescribed_work_now(const Vec3& gravity, double dt) const {
   if (!any_moves(prescribed_) && !any_moves(prescribed_before_)) return 0;
-  double work = work_of(prescribed_, tets, node_count(), elements_now(), dt);
+  double work = work_of(prescribed_, rest, tets, elements_now(), dt);
   const auto kinetic = [&](const fem::PrescribedNode& p) { return 0.5 * rest.node_mass[p.node] * p.velocity.squaredNorm(); };
   for (const fem::PrescribedNode& p : prescribed_) work += kinetic(p) - dt * rest.node_mass[p.node] * gravity.dot(p.velocity);
   for (const fem::PrescribedNode& p : prescribed_before_) work -= kinetic(p);

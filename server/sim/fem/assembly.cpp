@@ -15,11 +15,62 @@ constexpr int kTetsPerChunk = 256;
 constexpr int kEdgesPerChunk = 512;
 constexpr int kNodesPerChunk = 256;
 
-void rebuild(int node_count, const std::vector<Tet>& tets, StepSystem& s) {
-  s.connectivity = make_connectivity(node_count, tets);
+// Corners of the body's elements; of octahedra with those of all tets after them where some stand for themselves.
+ElementNodes element_nodes(const RestBody& rest, const std::vector<Tet>& tets, bool with_split) {
+  ElementNodes elements;
+  if (rest.smoothed()) {
+    elements.start = rest.octahedra.corner_start;
+    elements.nodes = rest.octahedra.nodes;
+    if (!with_split) return elements;
+  } else {
+    elements.start = {0};
+  }
+  elements.start.reserve(elements.start.size() + tets.size());
+  elements.nodes.reserve(elements.nodes.size() + 4 * tets.size());
+  for (const Tet& tet : tets) {
+    elements.nodes.insert(elements.nodes.end(), tet.begin(), tet.end());
+    elements.start.push_back(static_cast<int>(elements.nodes.size()));
+  }
+  return elements;
+}
+
+void find_materials(const RestBody& rest, const ElementNodes& elements, StepSystem& s) {
+  s.corner_material.clear();
+  if (!rest.heterogeneous()) return;
+  const SmoothedOctahedra& o = rest.octahedra;
+  for (int e = 0; e + 1 < static_cast<int>(elements.start.size()); ++e) {
+    const int t = !rest.smoothed() ? e : e < o.count() ? o.tets[o.tet_start[e]] : e - o.count();
+    s.corner_material.resize(elements.start[e + 1], rest.material_id[t]);
+  }
+}
+
+void connect(const RestBody& rest, const std::vector<Tet>& tets, int node_count, StepSystem& s) {
+  const ElementNodes elements = element_nodes(rest, tets, s.with_split);
+  s.connectivity = make_connectivity(node_count, elements);
+  find_materials(rest, elements, s);
+}
+
+// Row-compressed pattern of a matrix with a block for every edge, both ways.
+void pattern_of(int node_count, std::span<const std::array<int, 2>> edges, std::vector<int>& row_start, std::vector<int>& columns) {
+  row_start.assign(node_count + 1, 0);
+  for (const auto& [i, j] : edges) ++row_start[i + 1], ++row_start[j + 1];
+  for (int i = 0; i < node_count; ++i) row_start[i + 1] += row_start[i];
+  columns.resize(2 * edges.size());
+  std::vector<int> next(row_start.begin(), row_start.end() - 1);
+  // Edges ascend: lower columns of a row come first, as second nodes, then its own.
+  for (const auto& [i, j] : edges) columns[next[j]++] = i;
+  for (const auto& [i, j] : edges) columns[next[i]++] = j;
+}
+
+void rebuild(const RestBody& rest, const std::vector<Tet>& tets, int node_count, StepSystem& s) {
+  s.tets = tets;
+  s.with_split = false;
+  connect(rest, tets, node_count, s);
   std::visit(
       [&]<class Scalar>(BlockSparseMatrix<Scalar>& A) {
-        A = BlockSparseMatrix<Scalar>::from_tets(node_count, tets);
+        std::vector<int> row_start, columns;
+        pattern_of(node_count, s.connectivity.edges, row_start, columns);
+        A = BlockSparseMatrix<Scalar>::from_pattern(std::move(row_start), std::move(columns));
         s.edge_blocks.clear();
         for (const auto& [i, j] : s.connectivity.edges) s.edge_blocks.push_back({A.find(i, j), A.find(j, i)});
       },
@@ -42,53 +93,96 @@ Factors factors_of(const FemMaterial& material, const StepFormula& formula) {
           dt * material.damping_stiffness + formula.position * dt * dt};
 }
 
+Mat3 core_stress(const Lame& lame, const Mat3& D) {
+  return lame.lambda * D.trace() * Mat3::Identity() + lame.mu * (D + D.transpose());
+}
+
 // Forces at x_linear become f(x_linear) - K (x_known - x_linear). With D = sum d_j c_j^T over displacements d_j eq. 2's
 // product is K d = (lambda tr(D) I + mu (D + D^T)) c_i.
 void shift_forces(const RestBody& rest, const std::vector<Tet>& tets, const StepFormula& formula,
                   const ThreadPool& pool, Elements& e) {
-  const auto body = [&](int begin, int end) {
+  const auto shift = [&](int begin, int end) {
     for (int t = begin; t < end; ++t) {
-      const Lame& lame = rest.lame_of(t);
       const Mat34 d = gather(formula.x_known, tets[t]) - gather(formula.x_linear, tets[t]);
       const Mat3 D = edge_matrix(d) * e.core[t].rightCols<3>().transpose();
-      const Mat3 stress = lame.lambda * D.trace() * Mat3::Identity() + lame.mu * (D + D.transpose());
-      e.force[t].rightCols<3>() -= stress * e.core[t].rightCols<3>();
+      e.force[t].rightCols<3>() -= core_stress(rest.lame_of(t), D) * e.core[t].rightCols<3>();
       e.force[t].col(0) = -e.force[t].rightCols<3>().rowwise().sum();
     }
   };
-  pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(body));
+  if (!rest.smoothed()) return pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(shift));
+
+  const SmoothedOctahedra& o = rest.octahedra;
+  OctahedronElements& elements = e.octahedra;
+  const auto displacement = [&](int node) { return Vec3(formula.x_known[node] - formula.x_linear[node]); };
+  const auto shift_octahedra = [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      Mat3 D = Mat3::Zero();
+      Vec3 z = Vec3::Zero();
+      for (int c = o.corner_start[k]; c < o.corner_start[k + 1]; ++c) {
+        const Vec3 d = displacement(o.nodes[c]);
+        D += d * elements.core[c].transpose();
+        z += o.gamma[c] * d;
+      }
+      const Mat3 stress = core_stress(rest.lame_of(o.tets[o.tet_start[k]]), D);
+      for (int c = o.corner_start[k]; c < o.corner_start[k + 1]; ++c)
+        elements.force[c] -= stress * elements.core[c] + o.gamma[c] * z;
+    }
+  };
+  pool.for_chunks(o.count(), kTetsPerChunk, std::cref(shift_octahedra));
+  for (int t = 0; elements.any_split && t < rest.tet_count(); ++t) {
+    if (elements.tet_share[t] == 0) continue;
+    const std::size_t corner = o.nodes.size() + 4 * t;
+    Mat3 D = Mat3::Zero();
+    for (int a = 0; a < 4; ++a) D += displacement(tets[t][a]) * elements.core[corner + a].transpose();
+    const Mat3 stress = core_stress(rest.lame_of(t), D);
+    for (int a = 0; a < 4; ++a) elements.force[corner + a] -= stress * elements.core[corner + a];
+  }
 }
 
-// Off-diagonal block of an edge from its tets. With G = sum c_a c_b^T eq. 2's sum is lambda G + mu tr(G) I + mu G^T.
-Mat3 edge_stiffness(const StepSystem& s, const Lame& lame, int edge) {
+// sum gamma_a gamma_b over the octahedra of an edge: its hourglass stiffness.
+double edge_hourglass(const SmoothedOctahedra& o, int a, int b) {
+  return a < static_cast<int>(o.gamma.size()) ? o.gamma[a] * o.gamma[b] : 0;
+}
+
+// Off-diagonal block of an edge from its elements. With G = sum c_a c_b^T eq. 2's sum is lambda G + mu tr(G) I + mu G^T.
+Mat3 edge_stiffness(const StepSystem& s, const RestBody& rest, int edge) {
   Quad sum[3] = {Quad{}, Quad{}, Quad{}};  // columns of G
+  const double* cores = s.elements.cores();
+  const bool smoothed = rest.smoothed();
+  double hourglass = 0;
   for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
-    const int corner = s.connectivity.edge_corners[k];
-    const double* c = s.elements.core[corner >> 4].data();
-    const Quad a = load_three(c + 3 * ((corner >> 2) & 3));
-    const double* b = c + 3 * (corner & 3);
+    const std::uint32_t pair = s.connectivity.edge_corners[k];
+    const int first = Connectivity::first(pair), second = Connectivity::second(pair);
+    const Quad a = load_three(cores + 3 * first);
+    const double* b = cores + 3 * second;
     for (int j = 0; j < 3; ++j) sum[j] += a * b[j];
+    if (smoothed) hourglass += edge_hourglass(rest.octahedra, first, second);
   }
   const Mat3 G = to_matrix(sum);
-  return lame.lambda * G + lame.mu * (G.trace() * Mat3::Identity() + G.transpose());
+  const auto& [lambda, mu] = rest.lame;
+  return lambda * G + mu * G.transpose() + (mu * G.trace() + hourglass) * Mat3::Identity();
 }
 
-// The same where tets are of several materials: G is summed with the weights of each tet's own, factors and all.
-Mat3 weighted_edge_stiffness(const StepSystem& s, const std::vector<std::uint16_t>& material_id, int edge) {
+// The same where elements are of several materials: G is summed with the weights of each one's own, factors and all.
+Mat3 weighted_edge_stiffness(const StepSystem& s, const RestBody& rest, int edge) {
   Quad of_lambda[3] = {Quad{}, Quad{}, Quad{}}, of_mu[3] = {Quad{}, Quad{}, Quad{}};  // columns
+  const double* cores = s.elements.cores();
+  const bool smoothed = rest.smoothed();
+  double hourglass = 0;
   for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
-    const int corner = s.connectivity.edge_corners[k];
-    const double* c = s.elements.core[corner >> 4].data();
-    const Lame& weight = s.weights[material_id[corner >> 4]];
-    const Quad a = load_three(c + 3 * ((corner >> 2) & 3));
-    const double* b = c + 3 * (corner & 3);
+    const std::uint32_t pair = s.connectivity.edge_corners[k];
+    const int first = Connectivity::first(pair), second = Connectivity::second(pair);
+    const StepSystem::Weights& weight = s.weights[s.corner_material[first]];
+    const Quad a = load_three(cores + 3 * first);
+    const double* b = cores + 3 * second;
     for (int j = 0; j < 3; ++j) {
-      of_lambda[j] += a * (weight.lambda * b[j]);
-      of_mu[j] += a * (weight.mu * b[j]);
+      of_lambda[j] += a * (weight.lame.lambda * b[j]);
+      of_mu[j] += a * (weight.lame.mu * b[j]);
     }
+    if (smoothed) hourglass += weight.stiffness * edge_hourglass(rest.octahedra, first, second);
   }
   const Mat3 G_lambda = to_matrix(of_lambda), G_mu = to_matrix(of_mu);
-  return G_lambda + G_mu.trace() * Mat3::Identity() + G_mu.transpose();
+  return G_lambda + G_mu.transpose() + (G_mu.trace() + hourglass) * Mat3::Identity();
 }
 
 void set_weights(const RestBody& rest, const StepFormula& formula, StepSystem& s) {
@@ -96,7 +190,7 @@ void set_weights(const RestBody& rest, const StepFormula& formula, StepSystem& s
   for (int k = 0; k < rest.material_count(); ++k) {
     const Lame& lame = k == 0 ? rest.lame : rest.others[k - 1].lame;
     const double stiffness = factors_of(rest.material_at(k), formula).stiffness;
-    s.weights[k] = {stiffness * lame.lambda, stiffness * lame.mu};
+    s.weights[k] = {{stiffness * lame.lambda, stiffness * lame.mu}, stiffness};
   }
 }
 
@@ -104,8 +198,8 @@ template <class Scalar>
 void assemble_edges(const RestBody& rest, const Factors& factors, StepSystem& s, BlockSparseMatrix<Scalar>& A,
                     int begin, int end) {
   for (int edge = begin; edge < end; ++edge) {
-    const Mat3 block = rest.heterogeneous() ? weighted_edge_stiffness(s, rest.material_id, edge)
-                                            : factors.stiffness * edge_stiffness(s, rest.lame, edge);
+    const Mat3 block = rest.heterogeneous() ? weighted_edge_stiffness(s, rest, edge)
+                                            : factors.stiffness * edge_stiffness(s, rest, edge);
     A.set_block(s.edge_blocks[edge][0], block);
     A.set_block(s.edge_blocks[edge][1], block.transpose());
   }
@@ -114,8 +208,7 @@ void assemble_edges(const RestBody& rest, const Factors& factors, StepSystem& s,
 Vec3 gather_force(const StepSystem& s, int node) {
   Vec3 f = Vec3::Zero();
   for (int k = s.connectivity.node_start[node]; k < s.connectivity.node_start[node + 1]; ++k) {
-    const int corner = s.connectivity.node_corners[k];
-    f += s.elements.force[corner >> 2].col(corner & 3);
+    f += Vec3::Map(s.elements.forces() + 3 * s.connectivity.node_corners[k]);
   }
   return f;
 }
@@ -190,11 +283,15 @@ void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState
   const double dt = formula.dt;
   assert(dt > 0 && f_ext.size() == 3 * n && static_cast<int>(state.v.size()) == n && rest.node_count() == n);
   assert(formula.w.size() == state.x.size() && formula.x_known.size() == state.x.size());
-  if (system.node_count() != n || system.connectivity.tets != tets) rebuild(n, tets, system);
+  if (system.node_count() != n || system.tets != tets) rebuild(rest, tets, n, system);
   set_prescribed(state, prescribed, system);
   update_elements(rest, tets, formula.x_linear, state.plastic_strain, pool, system.elements);
   if (&formula.x_known != &formula.x_linear) shift_forces(rest, tets, formula, pool, system.elements);
 
+  if (system.with_split != system.elements.octahedra.any_split) {
+    system.with_split = system.elements.octahedra.any_split;
+    connect(rest, tets, n, system);  // the same edges: an octahedron has all of its tets'
+  }
   const Factors factors = factors_of(rest.material, formula);
   if (rest.heterogeneous()) set_weights(rest, formula, system);
   std::visit(

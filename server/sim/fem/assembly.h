@@ -4,6 +4,7 @@
 #include "server/sim/fem/elements.h"
 #include "server/sim/linear_solver/block_sparse_matrix.h"
 
+#include <cstdint>
 #include <span>
 #include <variant>
 
@@ -60,7 +61,15 @@ class StepSystem {
   Connectivity connectivity;
   std::variant<linear_solver::BlockSparseMatrix<double>, linear_solver::BlockSparseMatrix<float>> A;
   std::vector<std::array<int, 2>> edge_blocks;  // of each edge (i, j): index of block (i, j) and of block (j, i)
-  std::vector<Lame> weights;  // of each material: its constants times (dt beta + theta dt^2); unused where there is one
+  // Of a body of several materials: which one each corner is of, and of each its constants times (dt beta + theta dt^2).
+  struct Weights {
+    Lame lame;
+    double stiffness = 0;
+  };
+  std::vector<std::uint16_t> corner_material;
+  std::vector<Weights> weights;
+  std::vector<Tet> tets;    // of which connectivity and pattern were made
+  bool with_split = false;  // connectivity has the corners of tets after those of octahedra
 };
 
 // Assembles the step from x(t), v(t) to t + dt. f_ext: 3n, gravity and all [N]. rest.node_mass must be that of `tets`.

@@ -42,6 +42,28 @@ void update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& pla
 
 }  // namespace
 
+bool Elements::is_of(const RestBody& rest) const {
+  return static_cast<int>((rest.smoothed() ? octahedra.sigma : sigma).size()) == rest.point_count();
+}
+
+const double* Elements::forces() const {
+  return octahedra.force.empty() ? force.data()->data() : octahedra.force.data()->data();
+}
+
+const double* Elements::cores() const {
+  return octahedra.core.empty() ? core.data()->data() : octahedra.core.data()->data();
+}
+
+Mat3 element_stress(const RestBody& rest, const Elements& elements, int t) {
+  if (rest.smoothed()) return tet_stress(rest, elements.octahedra, t);
+  return elements.Q[t] * elements.sigma[t] * elements.Q[t].transpose();
+}
+
+Mat34 element_normals(const RestBody& rest, const Elements& elements, int t) {
+  if (rest.smoothed()) return tet_normals(rest, elements.octahedra, t);
+  return 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * elements.core[t];  // undoes the core's factor
+}
+
 void Elements::resize(int tet_count) {
   Q.resize(tet_count);
   sigma.resize(tet_count);
@@ -56,7 +78,9 @@ Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q) 
 
 void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements) {
-  assert(static_cast<int>(tets.size()) == rest.tet_count() && plastic_strain.size() == tets.size());
+  assert(static_cast<int>(tets.size()) == rest.tet_count());
+  assert(static_cast<int>(plastic_strain.size()) == rest.point_count());
+  if (rest.smoothed()) return update_octahedra(rest, tets, x, plastic_strain, pool, elements.octahedra);
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
     for (int t = begin; t < end; t += 4) {
@@ -72,6 +96,7 @@ void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std:
   if (!rest.yields()) return;
   std::array<double, kMaxRegions + 1> creep;  // of each material
   for (int k = 0; k < rest.material_count(); ++k) creep[k] = creep_per_step(rest.material_at(k), dt, creep_dt);
+  if (rest.smoothed()) return flow_octahedra(rest, tets, x, creep, pool, plastic_strain, elements.octahedra);
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
     for (int t = begin; t < end; ++t) {
@@ -91,13 +116,24 @@ void elastic_forces(const RestBody& rest, const std::vector<Tet>& tets, const st
                     Eigen::Ref<Eigen::VectorXd> f) {
   assert(f.size() == 3 * static_cast<Eigen::Index>(x.size()));
   update_elements(rest, tets, x, plastic_strain, pool, elements);
+  gather_forces(rest, tets, elements, f);
+}
+
+void gather_forces(const RestBody& rest, const std::vector<Tet>& tets, const Elements& elements,
+                   Eigen::Ref<Eigen::VectorXd> f) {
   f.setZero();
+  if (rest.smoothed()) return add_octahedron_forces(rest, tets, elements.octahedra, f);
   for (int t = 0; t < rest.tet_count(); ++t)
     for (int a = 0; a < 4; ++a) f.segment<3>(3 * tets[t][a]) += elements.force[t].col(a);
 }
 
 double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                       const std::vector<Mat3>& plastic_strain) {
+  if (rest.smoothed()) {
+    Elements elements;
+    update_elements(rest, tets, x, plastic_strain, ThreadPool(1), elements);
+    return elastic_energy(rest, elements);
+  }
   double energy = 0;
   for (int t = 0; t < rest.tet_count(); ++t) {
     const Mat34 x_t = gather(x, tets[t]);
@@ -109,6 +145,7 @@ double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const 
 }
 
 double elastic_energy(const RestBody& rest, const Elements& elements) {
+  if (rest.smoothed()) return octahedron_energy(rest, elements.octahedra);
   // sigma : eps / 2 with eps = (sigma - lambda / (3 lambda + 2 mu) tr(sigma) I) / (2 mu).
   double energy = 0;
   for (int t = 0; t < rest.tet_count(); ++t) {
@@ -131,7 +168,12 @@ Eigen::SparseMatrix<double> tangent_stiffness(const RestBody& rest, const std::v
                                               Tangent tangent) {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(144 * tets.size());
-  for (int t = 0; t < rest.tet_count(); ++t) {
+  if (rest.smoothed()) {
+    OctahedronElements elements;
+    update_octahedra(rest, tets, x, plastic_strain, ThreadPool(1), elements);
+    add_octahedron_stiffness(rest, tets, x, plastic_strain, tangent == Tangent::exact, elements, entries);
+  }
+  for (int t = 0; t < rest.tet_count() && !rest.smoothed(); ++t) {
     const RestTet tet = rest.tet(t);
     const Mat34 x_t = gather(x, tets[t]);
     const Lame& lame = rest.lame_of(t);

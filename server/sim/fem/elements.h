@@ -1,6 +1,7 @@
 #pragma once
 
 #include "server/sim/fem/fem_state.h"
+#include "server/sim/fem/octahedron_elements.h"
 #include "server/sim/fem/rest_body.h"
 #include "server/sim/parallel_for.h"
 
@@ -12,24 +13,30 @@
 // thread; nothing is summed here across tets but where a sum is returned, in mesh order.
 namespace crumple::sim::fem {
 
-// Results of an element pass, one a tet. Assembly, fracture and display read them.
+// Results of an element pass, one a tet; of a body of smoothed octahedra only `octahedra`. Assembly, fracture and display
+// read them. Plastic strains are one an element everywhere here.
 struct Elements {
   std::vector<Mat3> Q;       // rotation, det +1
   std::vector<Mat3> sigma;   // elastic stress in the tet's unrotated axes [Pa]
   std::vector<Mat34> force;  // elastic force on each of the tet's nodes, in W [N]
   std::vector<Mat34> core;   // Q c_i: RestBody::core in world axes
+  OctahedronElements octahedra;
 
   void resize(int tet_count);
+  bool is_of(const RestBody& rest) const;  // not before the first update, nor after elements were parted
+  // Corners of all elements in a row: 4 tet + local node, or those of octahedra.
+  const double* forces() const;
+  const double* cores() const;
 };
 
-// Fills `elements` (resized if needed) for positions x. x: node positions [m]; plastic_strain: one a tet.
+// Fills `elements` (resized if needed) for positions x. x: node positions [m].
 void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements);
 
-// Q sigma Q^T: Cauchy-like stress of tet t in world axes [Pa].
-inline Mat3 element_stress(const Elements& elements, int t) {
-  return elements.Q[t] * elements.sigma[t] * elements.Q[t].transpose();
-}
+// Q sigma Q^T: Cauchy-like stress of tet t in world axes [Pa]; of octahedra the mean of its two.
+Mat3 element_stress(const RestBody& rest, const Elements& elements, int t);
+// Q n_i of tet t, times fill [m^2].
+Mat34 element_normals(const RestBody& rest, const Elements& elements, int t);
 
 // Total co-rotated strain eps~ of tet t at rotation Q, plastic part included.
 Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q);
@@ -38,6 +45,10 @@ Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q);
 // yields. `elements` is left as update_elements would at x with the new plastic strain.
 void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, double dt,
                   double creep_dt, const ThreadPool& pool, std::vector<Mat3>& plastic_strain, Elements& elements);
+
+// f: 3n, the sum of the elements' forces on each node [N].
+void gather_forces(const RestBody& rest, const std::vector<Tet>& tets, const Elements& elements,
+                   Eigen::Ref<Eigen::VectorXd> f);
 
 // f: 3n, elastic force on each node, plastic strain included [N]; f = -dE/dx where corotational.h says so.
 // Calls update_elements.

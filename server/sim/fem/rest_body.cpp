@@ -53,6 +53,18 @@ bool any_material(const RestBody& rest, Predicate holds) {
          std::ranges::any_of(rest.others, [&](const RestBody::Other& other) { return holds(other.material); });
 }
 
+void update_node_mass(RestBody& rest, const std::vector<Tet>& tets, int node_count) {
+  assert(static_cast<int>(tets.size()) == rest.tet_count());
+  rest.node_mass.assign(node_count, 0.0);
+  for (int t = 0; t < rest.tet_count(); ++t)
+    for (int i : tets[t]) rest.node_mass[i] += 0.25 * rest.tet_mass(t);
+  rest.node_drag.clear();
+  if (!rest.heterogeneous()) return;
+  rest.node_drag.assign(node_count, 0.0);
+  for (int t = 0; t < rest.tet_count(); ++t)
+    for (int i : tets[t]) rest.node_drag[i] += 0.25 * rest.tet_mass(t) * rest.material_of(t).damping_mass;
+}
+
 }  // namespace
 
 Result<void> validate(const FemMaterial& m, const std::string& field) {
@@ -104,7 +116,7 @@ RestTet RestBody::tet(int t) const {
 }
 
 Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit,
-                                std::span<const MaterialRegion> regions) {
+                                std::span<const MaterialRegion> regions, ElementKind element) {
   if (auto ok = validate(mesh, "mesh"); !ok) return std::unexpected(ok.error());
   if (auto ok = validate(material, "material"); !ok) return std::unexpected(ok.error());
   if (auto ok = validate(regions, material, mesh.tet_count(), "regions"); !ok) return std::unexpected(ok.error());
@@ -131,6 +143,7 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
   }
   add_regions(regions, rest);
   update_node_mass(rest, mesh.tets, mesh.node_count());
+  if (element == ElementKind::smoothed_octahedra) make_octahedra(mesh.tets, rest);
   return rest;
 }
 
@@ -142,18 +155,17 @@ void keep_tets(RestBody& rest, std::span<const int> kept) {
   keep(rest.fill, kept);
   keep(rest.beta_clamped, kept);
   keep(rest.rest_gradient, kept);
+  SmoothedOctahedra& o = rest.octahedra;
+  if (o.empty()) return;
+  keep(o.pairing, kept);
+  for (std::size_t t = 0; t < kept.size(); ++t)
+    for (int k = 0; k < 2; ++k) o.of_tet[2 * t + k] = o.of_tet[2 * kept[t] + k];
+  o.of_tet.resize(2 * kept.size());
 }
 
-void update_node_mass(RestBody& rest, const std::vector<Tet>& tets, int node_count) {
-  assert(static_cast<int>(tets.size()) == rest.tet_count());
-  rest.node_mass.assign(node_count, 0.0);
-  for (int t = 0; t < rest.tet_count(); ++t)
-    for (int i : tets[t]) rest.node_mass[i] += 0.25 * rest.tet_mass(t);
-  rest.node_drag.clear();
-  if (!rest.heterogeneous()) return;
-  rest.node_drag.assign(node_count, 0.0);
-  for (int t = 0; t < rest.tet_count(); ++t)
-    for (int i : tets[t]) rest.node_drag[i] += 0.25 * rest.tet_mass(t) * rest.material_of(t).damping_mass;
+std::vector<int> follow_topology(RestBody& rest, const std::vector<Tet>& tets, int node_count) {
+  update_node_mass(rest, tets, node_count);
+  return regroup(tets, rest);
 }
 
 }  // namespace crumple::sim::fem

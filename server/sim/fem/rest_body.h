@@ -5,6 +5,7 @@
 #include "server/sim/fem/fem_material.h"
 #include "server/sim/fem/linear_tetrahedron.h"
 #include "server/sim/fem/material_region.h"
+#include "server/sim/fem/smoothed_octahedron.h"
 #include "server/sim/mesh/tet_mesh.h"
 
 #include <algorithm>
@@ -47,9 +48,12 @@ struct RestBody {
   std::vector<double> node_mass;  // lumped: rho fill V / 4 from each tet of the node [kg]
   std::vector<double> node_drag;  // the same times damping_mass [kg/s]; empty in a body of one material
   double mean_edge = 0;           // over the tets' edges [m]
+  SmoothedOctahedra octahedra;    // empty: the elements are the tets
 
   int tet_count() const { return static_cast<int>(beta.size()); }
   int node_count() const { return static_cast<int>(node_mass.size()); }
+  bool smoothed() const { return !octahedra.empty(); }
+  int point_count() const { return smoothed() ? octahedra.count() : tet_count(); }  // where strain is: one an element
   bool heterogeneous() const { return !material_id.empty(); }
   int material_count() const { return 1 + static_cast<int>(others.size()); }
   FemMaterial& material_at(int id) { return id == 0 ? material : others[id - 1].material; }
@@ -70,12 +74,14 @@ struct RestBody {
 // the material is another one.
 // Rejects what validate rejects of mesh, materials and regions, and a negative or non-finite limit.
 Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit = 0,
-                                std::span<const MaterialRegion> regions = {});
+                                std::span<const MaterialRegion> regions = {},
+                                ElementKind element = ElementKind::linear_tetrahedra);
 
-// Leaves the tets `kept`, ascending; node masses are the caller's to renew.
+// Leaves the tets `kept`, ascending; node masses and octahedra are the caller's to renew (follow_topology).
 void keep_tets(RestBody& rest, std::span<const int> kept);
 
-// Lumped masses and drags anew, after tets got other node ids. tets: one a rest tet; ids in [0, node_count).
-void update_node_mass(RestBody& rest, const std::vector<Tet>& tets, int node_count);
+// Lumped masses, drags and octahedra anew, after tets got other node ids. tets: one a rest tet; ids in [0, node_count).
+// Returns what regroup() does: empty where elements are tets.
+std::vector<int> follow_topology(RestBody& rest, const std::vector<Tet>& tets, int node_count);
 
 }  // namespace crumple::sim::fem

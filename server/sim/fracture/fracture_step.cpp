@@ -1,7 +1,6 @@
 #include "server/sim/fracture/fracture_step.h"
 
 #include <cassert>
-#include <cmath>
 
 namespace crumple::sim::fracture {
 
@@ -13,13 +12,13 @@ SplitReport fracture_step(const fem::RestBody& rest, const fem::Elements& elemen
   if (!rest.breakable() || step % material.fracture_interval != 0) return {};
 
   const int tet_count = static_cast<int>(tets.size());
-  assert(static_cast<int>(elements.Q.size()) == tet_count && rest.tet_count() == tet_count);
+  assert(elements.is_of(rest) && rest.tet_count() == tet_count);
   scratch.stress.resize(tet_count);
   scratch.normals.resize(tet_count);
   pool.for_chunks(tet_count, 256, [&](int begin, int end) {
     for (int t = begin; t < end; ++t) {
-      scratch.stress[t] = fem::element_stress(elements, t);
-      scratch.normals[t] = 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * elements.core[t];  // undoes the core's factor
+      scratch.stress[t] = fem::element_stress(rest, elements, t);
+      scratch.normals[t] = fem::element_normals(rest, elements, t);
     }
   });
   scratch.S.resize(stars.node_count());

@@ -18,7 +18,7 @@ struct FractureScratch {
 // Finds the nodes that are pulled apart by more than their material's toughness and splits them. Does nothing if no
 // material of the body is breakable or `step` is no multiple of its fracture_interval. elements: those of `tets` at state.x, as
 // update_elements or plastic_flow left them. stars: those of `tets`. After splits the caller must call
-// fem::update_node_mass and let its own arrays of nodes follow (extend_by_origin).
+// fem::follow_topology and let its own arrays of nodes follow (extend_by_origin).
 SplitReport fracture_step(const fem::RestBody& rest, const fem::Elements& elements, std::uint64_t seed,
                           std::uint64_t step, const ThreadPool& pool, std::vector<Tet>& tets, fem::FemState& state,
                           NodeStars& stars, FractureScratch& scratch);

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <random>
 
 namespace crumple::sim::fem::test {
@@ -44,6 +45,49 @@ inline TetMesh kuhn_box(int nx, int ny, int nz, const Vec3& size) {
   return mesh;
 }
 
+// Cells of unit side around 0 with a node in each centre, four tets around each edge between two neighbouring centres, two
+// from a centre to each face on the outside; then scaled to [0, size].
+inline TetMesh bcc_box(const std::array<int, 3>& n, const Vec3& size) {
+  TetMesh mesh;
+  std::map<std::array<int, 3>, int> ids;  // by twice the position
+  const auto node = [&](const std::array<int, 3>& twice) {
+    const auto [at, fresh] = ids.emplace(twice, static_cast<int>(ids.size()));
+    if (fresh) mesh.X.push_back(size.cwiseProduct(Vec3(0.5 * twice[0] / n[0], 0.5 * twice[1] / n[1], 0.5 * twice[2] / n[2])));
+    return at->second;
+  };
+  const auto add = [&](Tet tet) {
+    mesh.tets.push_back(tet);
+    if (signed_volume(mesh, mesh.tet_count() - 1) < 0) std::swap(mesh.tets.back()[2], mesh.tets.back()[3]);
+  };
+  constexpr int kAround[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+  for (int i = 0; i < n[0]; ++i)
+    for (int j = 0; j < n[1]; ++j)
+      for (int k = 0; k < n[2]; ++k)
+        for (int axis = 0; axis < 3; ++axis)
+          for (const int side : {-1, 1}) {
+            const std::array<int, 3> cell{i, j, k}, centre{2 * i + 1, 2 * j + 1, 2 * k + 1};
+            std::array<int, 3> face = centre, next = centre;
+            face[axis] += side, next[axis] += 2 * side;
+            const bool outside = cell[axis] + side < 0 || cell[axis] + side == n[axis];
+            if (side < 0 && !outside) continue;
+            std::array<int, 4> f;
+            for (int q = 0; q < 4; ++q) {
+              std::array<int, 3> corner = face;
+              corner[(axis + 1) % 3] += kAround[q][0];
+              corner[(axis + 2) % 3] += kAround[q][1];
+              f[q] = node(corner);
+            }
+            const int c = node(centre), diagonal = (i + j + k) % 2;
+            if (outside) {
+              add({c, f[diagonal], f[diagonal + 1], f[diagonal + 2]});
+              add({c, f[diagonal], f[diagonal + 2], f[(diagonal + 3) % 4]});
+            } else {
+              for (int q = 0; q < 4; ++q) add({c, node(next), f[q], f[(q + 1) % 4]});
+            }
+          }
+  return mesh;
+}
+
 // Edge length sqrt(8), centred on the origin.
 inline TetMesh regular_tet() {
   TetMesh mesh;
@@ -57,8 +101,10 @@ inline FemState rest_state(const TetMesh& mesh) {
   return {mesh.X, std::vector<Vec3>(mesh.X.size(), Vec3::Zero()), std::vector<Mat3>(mesh.tets.size(), Mat3::Zero())};
 }
 
-inline RestBody rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit = 0) {
-  Result<RestBody> rest = make_rest_body(mesh, material, clamp_limit);
+inline RestBody rest_body(const TetMesh& mesh, const FemMaterial& material, double clamp_limit = 0,
+                          std::span<const MaterialRegion> regions = {},
+                          ElementKind element = ElementKind::linear_tetrahedra) {
+  Result<RestBody> rest = make_rest_body(mesh, material, clamp_limit, regions, element);
   EXPECT_TRUE(rest.has_value());
   return std::move(*rest);
 }

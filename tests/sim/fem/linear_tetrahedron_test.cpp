@@ -74,7 +74,7 @@ TEST(RestBody, MassesFollowTheTetsAfterASplit) {
   const int old_node = tets[0][1];
   tets[0][1] = 8;  // one tet gets a copy of the node
   const double before = rest.node_mass[old_node];
-  update_node_mass(rest, tets, 9);
+  follow_topology(rest, tets, 9);
   EXPECT_NEAR(rest.node_mass[8], 1000.0 / 24, 1e-10);
   EXPECT_NEAR(rest.node_mass[old_node] + rest.node_mass[8], before, 1e-10);
   EXPECT_NEAR(rest.mass(), 1000, 1e-10);

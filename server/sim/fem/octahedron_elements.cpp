@@ -1,0 +1,351 @@
+#include "server/sim/fem/octahedron_elements.h"
+
+#include "server/sim/fem/plasticity.h"
+#include "server/sim/fem/quad_law.h"
+#include "server/sim/fem/rotation.h"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <functional>
+
+namespace crumple::sim::fem {
+namespace {
+
+constexpr int kPerChunk = 128;
+constexpr int kClosedCorners = 6;
+
+bool clamped(const RestBody& rest, int t) { return !rest.beta_clamped.empty() && rest.beta_clamped[t] != rest.beta[t]; }
+
+int first_tet(const SmoothedOctahedra& o, int d) { return o.tets[o.tet_start[d]]; }
+
+// F = sum x_a g_a^T, from differences: sum g_a = 0.
+Mat3 gradient(const SmoothedOctahedra& o, int d, const std::vector<Vec3>& x) {
+  const int begin = o.corner_start[d], end = o.corner_start[d + 1];
+  const Vec3& from = x[o.nodes[begin]];
+  Mat3 sum = Mat3::Zero();
+  for (int c = begin + 1; c < end; ++c) sum += (x[o.nodes[c]] - from) * o.core[c].transpose();
+  return sum * (-1 / std::sqrt(o.volume[d]));
+}
+
+Vec3 hourglass(const SmoothedOctahedra& o, int d, const std::vector<Vec3>& x) {
+  const int begin = o.corner_start[d], end = o.corner_start[d + 1];
+  const Vec3& from = x[o.nodes[begin]];
+  Vec3 z = Vec3::Zero();
+  for (int c = begin + 1; c < end; ++c) z += o.gamma[c] * (x[o.nodes[c]] - from);
+  return z;
+}
+
+// |z|^2 where the ends of a closed octahedron slide by s against those around, so that 2 s / h is kSplitDeviation.
+constexpr double kSplitSlide = kSplitDeviation * kSplitDeviation * 2 * kHourglassShare;  // times V mu
+
+// An octahedron of one tet is that tet, near inversion or not. Of closed ones z says enough of how tets deviate.
+bool must_split(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, const Mat3& F, const Vec3& z, int d) {
+  const SmoothedOctahedra& o = rest.octahedra;
+  const bool closed = d < o.closed;
+  if (closed && !(z.squaredNorm() <= kSplitSlide * o.volume[d] * rest.lame_of(first_tet(o, d)).mu)) return true;
+  if (o.tet_start[d + 1] - o.tet_start[d] == 1) return clamped(rest, first_tet(o, d));
+  for (int k = o.tet_start[d]; k < o.tet_start[d + 1]; ++k) {
+    const int t = o.tets[k];
+    const Mat3 F_t = deformation_gradient(gather(x, tets[t]), rest.beta[t]);
+    if (!(F_t.determinant() >= kSplitVolume && (closed || (F_t - F).norm() <= kSplitDeviation))) return true;
+  }
+  return false;
+}
+
+void update_octahedron(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                       const Mat3& plastic_strain, int d, OctahedronElements& e) {
+  const SmoothedOctahedra& o = rest.octahedra;
+  const int t = first_tet(o, d), begin = o.corner_start[d], end = o.corner_start[d + 1];
+  const FemMaterial& material = rest.material_of(t);
+  const Mat3 F = gradient(o, d, x), Q = rotation(F, material.rotation);
+  const Mat3 sigma = isotropic_stress(rest.lame_of(t), corotational_strain(Q, F) - plastic_strain);
+  Mat3 stress = sigma;
+  if (balances_moment(material, plastic_strain)) stress += moment_balance(symmetric_part(Q.transpose() * F), sigma);
+  const Vec3 z = hourglass(o, d, x);
+  const bool split = must_split(rest, tets, x, F, z, d);
+  const Mat3 turn = split ? Mat3::Zero() : Q, P = std::sqrt(o.volume[d]) * (turn * stress);
+  e.Q[d] = Q;
+  e.sigma[d] = sigma;
+  e.z[d] = z;
+  e.split[d] = split;
+  e.core[begin].setZero();
+  e.force[begin].setZero();
+  for (int c = begin + 1; c < end; ++c) {
+    e.core[c] = turn * o.core[c];
+    e.force[c] = P * o.core[c] - o.gamma[c] * z;
+    e.core[begin] -= e.core[c];
+    e.force[begin] -= e.force[c];
+  }
+}
+
+Quad dot(const Quad (&a)[3], const Quad (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+void cross(const Quad (&a)[3], const Quad (&b)[3], Quad (&c)[3]) {
+  for (int i = 0; i < 3; ++i) c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+// The same for closed octahedra d .. d + 3, four at once. False, and nothing done, if one needs a path of its own.
+bool update_octahedron_quad(const RestBody& rest, const std::vector<Vec3>& x, const std::vector<Mat3>& plastic_strain, int d,
+                            OctahedronElements& e) {
+  const SmoothedOctahedra& o = rest.octahedra;
+  const int* nodes = &o.nodes[kClosedCorners * d];
+  const double* cores = o.core[kClosedCorners * d].data();
+  Quad r[kClosedCorners - 1][3], c[kClosedCorners - 1][3];  // corners from the first; their cores
+  for (int lane = 0; lane < 4; ++lane) {
+    const Vec3& from = x[nodes[kClosedCorners * lane]];
+    for (int a = 1; a < kClosedCorners; ++a) {
+      const Vec3& at = x[nodes[kClosedCorners * lane + a]];
+      for (int i = 0; i < 3; ++i) {
+        r[a - 1][i][lane] = at[i] - from[i];
+        c[a - 1][i][lane] = cores[3 * (kClosedCorners * lane + a) + i];
+      }
+    }
+  }
+  for (int k = 0; k < 4; ++k) {
+    Quad area[3], rest_volume;
+    cross(r[1 + k], r[1 + (k + 1) % 4], area);
+    for (int lane = 0; lane < 4; ++lane) rest_volume[lane] = rest.volume[o.tets[4 * (d + lane) + k]];
+    if (any(~(dot(r[0], area) >= quad(6 * kSplitVolume) * rest_volume))) return false;
+  }
+
+  Quad volume, mu;
+  QuadLaw law;
+  for (int lane = 0; lane < 4; ++lane) {
+    const int t = first_tet(o, d + lane);
+    law.set_material(lane, rest.material_of(t), rest.lame_of(t), plastic_strain[d + lane]);
+    volume[lane] = o.volume[d + lane];
+    mu[lane] = rest.lame_of(t).mu;
+  }
+  Quad gamma[kClosedCorners - 1], z[3];
+  for (int a = 0; a < kClosedCorners - 1; ++a)
+    for (int lane = 0; lane < 4; ++lane) gamma[a][lane] = o.gamma[kClosedCorners * (d + lane) + a + 1];
+  for (int i = 0; i < 3; ++i) {
+    z[i] = gamma[0] * r[0][i];
+    for (int a = 1; a < kClosedCorners - 1; ++a) z[i] += gamma[a] * r[a][i];
+  }
+  if (any(~(dot(z, z) <= quad(kSplitSlide) * volume * mu))) return false;
+  const Quad root = square_root(volume), to_gradient = quad(-1) / root;
+  QuadMatrix F;
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 3; ++i) {
+      Quad sum = r[0][i] * c[0][j];
+      for (int a = 1; a < kClosedCorners - 1; ++a) sum += r[a][i] * c[a][j];
+      F(i, j) = to_gradient * sum;
+    }
+  if (!law.update(F, load(plastic_strain, d))) return false;
+  QuadMatrix P = product(law.Q, law.stress);
+  for (Quad& p : P.m) p *= root;
+
+  Quad core_sum[3]{}, force_sum[3]{};
+  double* core = e.core[kClosedCorners * d].data();
+  double* force = e.force[kClosedCorners * d].data();
+  for (int a = 0; a < kClosedCorners - 1; ++a) {
+    for (int i = 0; i < 3; ++i) {
+      const Quad turned = law.Q(i, 0) * c[a][0] + law.Q(i, 1) * c[a][1] + law.Q(i, 2) * c[a][2];
+      const Quad f = P(i, 0) * c[a][0] + P(i, 1) * c[a][1] + P(i, 2) * c[a][2] - gamma[a] * z[i];
+      core_sum[i] -= turned;
+      force_sum[i] -= f;
+      for (int lane = 0; lane < 4; ++lane) {
+        core[3 * (kClosedCorners * lane + a + 1) + i] = turned[lane];
+        force[3 * (kClosedCorners * lane + a + 1) + i] = f[lane];
+      }
+    }
+  }
+  for (int lane = 0; lane < 4; ++lane) {
+    for (int i = 0; i < 3; ++i) {
+      core[3 * kClosedCorners * lane + i] = core_sum[i][lane];
+      force[3 * kClosedCorners * lane + i] = force_sum[i][lane];
+      e.z[d + lane][i] = z[i][lane];
+    }
+    store(law.Q, lane, e.Q[d + lane].data());
+    store(law.sigma, lane, e.sigma[d + lane].data());
+    e.split[d + lane] = 0;
+  }
+  return true;
+}
+
+// The tets of octahedra that are split, by what they give to those.
+void update_split_tets(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                       const std::vector<Mat3>& plastic_strain, OctahedronElements& e) {
+  const SmoothedOctahedra& o = rest.octahedra;
+  e.any_split = std::ranges::any_of(e.split, [](char split) { return split != 0; });
+  const std::size_t corners = o.nodes.size();
+  if (!e.any_split) {
+    e.core.resize(corners);
+    e.force.resize(corners);
+    return;
+  }
+  e.core.resize(corners + 4 * tets.size());
+  e.force.resize(corners + 4 * tets.size());
+  std::fill(e.core.begin() + corners, e.core.end(), Vec3::Zero());
+  std::fill(e.force.begin() + corners, e.force.end(), Vec3::Zero());
+  e.tet_share.assign(tets.size(), 0.0);
+  e.tet_Q.resize(tets.size());
+  e.tet_sigma.resize(tets.size());
+  for (int t = 0; t < static_cast<int>(tets.size()); ++t) {
+    const double share = 0.5 * (e.split[o.of_tet[2 * t]] + e.split[o.of_tet[2 * t + 1]]);
+    if (share == 0) continue;
+    const FemMaterial& material = rest.material_of(t);
+    const Mat3 plastic = tet_plastic_strain(rest, plastic_strain, t);
+    const Mat34 x_t = gather(x, tets[t]);
+    const Mat3 F = deformation_gradient(x_t, rest.beta[t]), Q = rotation(F, material.rotation);
+    const Mat3 strain = clamped(rest, t) ? corotational_strain(rest.tet(t), x_t, Q) : corotational_strain(Q, F);
+    const Mat3 sigma = isotropic_stress(rest.lame_of(t), strain - plastic);
+    Mat3 stress = sigma;
+    if (balances_moment(material, plastic) && !clamped(rest, t))
+      stress += moment_balance(symmetric_part(Q.transpose() * F), sigma);
+    const Mat3 P = share * std::sqrt(rest.fill[t] * rest.volume[t]) * (Q * stress);
+    e.tet_share[t] = share;
+    e.tet_Q[t] = Q;
+    e.tet_sigma[t] = sigma;
+    for (int a = 0; a < 4; ++a) {
+      e.core[corners + 4 * t + a] = std::sqrt(share) * (Q * rest.core[t].col(a));
+      e.force[corners + 4 * t + a] = P * rest.core[t].col(a);
+    }
+  }
+}
+
+void resize(const SmoothedOctahedra& o, OctahedronElements& e) {
+  e.Q.resize(o.count());
+  e.sigma.resize(o.count());
+  e.z.resize(o.count());
+  e.split.resize(o.count());
+  if (e.core.size() < o.nodes.size()) {
+    e.core.resize(o.nodes.size());
+    e.force.resize(o.nodes.size());
+  }
+}
+
+// sigma : eps / 2 with eps = (sigma - lambda / (3 lambda + 2 mu) tr(sigma) I) / (2 mu).
+double density_of(const Lame& lame, const Mat3& sigma) {
+  const double share = lame.lambda / (3 * lame.lambda + 2 * lame.mu), trace = sigma.trace();
+  return (sigma.squaredNorm() - share * trace * trace) / (4 * lame.mu);
+}
+
+}  // namespace
+
+void update_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, OctahedronElements& e) {
+  const SmoothedOctahedra& o = rest.octahedra;
+  assert(static_cast<int>(plastic_strain.size()) == o.count());
+  resize(o, e);
+  const auto body = [&](int begin, int end) {
+    for (int d = begin; d < end;) {
+      if (d + 4 <= std::min(end, o.closed) && update_octahedron_quad(rest, x, plastic_strain, d, e)) {
+        d += 4;
+        continue;
+      }
+      for (const int stop = std::min(d + 4, end); d < stop; ++d) update_octahedron(rest, tets, x, plastic_strain[d], d, e);
+    }
+  };
+  pool.for_chunks(o.count(), kPerChunk, std::cref(body));
+  update_split_tets(rest, tets, x, plastic_strain, e);
+}
+
+void flow_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                    std::span<const double> creep, const ThreadPool& pool, std::vector<Mat3>& plastic_strain,
+                    OctahedronElements& e) {
+  const SmoothedOctahedra& o = rest.octahedra;
+  const auto body = [&](int begin, int end) {
+    for (int d = begin; d < end; ++d) {
+      const int t = first_tet(o, d);
+      const FemMaterial& m = rest.material_of(t);
+      const Mat3 F = gradient(o, d, x);
+      flow(m.flow, corotational_strain(rotation(F, m.rotation), F), m.yield, creep[rest.heterogeneous() ? rest.material_id[t] : 0],
+           m.max_plastic, plastic_strain[d]);
+    }
+  };
+  pool.for_chunks(o.count(), kPerChunk, std::cref(body));
+  update_octahedra(rest, tets, x, plastic_strain, pool, e);
+}
+
+Mat3 tet_stress(const RestBody& rest, const OctahedronElements& e, int t) {
+  Mat3 sum = Mat3::Zero();
+  for (int k = 0; k < 2; ++k) {
+    const int d = rest.octahedra.of_tet[2 * t + k];
+    const Mat3& Q = e.split[d] ? e.tet_Q[t] : e.Q[d];
+    sum += 0.5 * Q * (e.split[d] ? e.tet_sigma[t] : e.sigma[d]) * Q.transpose();
+  }
+  return sum;
+}
+
+Mat34 tet_normals(const RestBody& rest, const OctahedronElements& e, int t) {
+  Mat3 mean = Mat3::Zero();
+  for (int k = 0; k < 2; ++k) {
+    const int d = rest.octahedra.of_tet[2 * t + k];
+    mean += 0.5 * (e.split[d] ? e.tet_Q[t] : e.Q[d]);
+  }
+  return 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * mean * rest.core[t];
+}
+
+Mat3 tet_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_strain, int t) {
+  return 0.5 * (plastic_strain[rest.octahedra.of_tet[2 * t]] + plastic_strain[rest.octahedra.of_tet[2 * t + 1]]);
+}
+
+double octahedron_energy(const RestBody& rest, const OctahedronElements& e) {
+  const SmoothedOctahedra& o = rest.octahedra;
+  double energy = 0;
+  for (int d = 0; d < o.count(); ++d) {
+    energy += 0.5 * e.z[d].squaredNorm();
+    if (!e.split[d]) energy += o.volume[d] * density_of(rest.lame_of(first_tet(o, d)), e.sigma[d]);
+  }
+  for (int t = 0; e.any_split && t < rest.tet_count(); ++t) {
+    if (e.tet_share[t] > 0) energy += e.tet_share[t] * rest.fill[t] * rest.volume[t] * density_of(rest.lame_of(t), e.tet_sigma[t]);
+  }
+  return energy;
+}
+
+void add_octahedron_forces(const RestBody& rest, const std::vector<Tet>& tets, const OctahedronElements& e,
+                           Eigen::Ref<Eigen::VectorXd> f) {
+  const std::vector<int>& nodes = rest.octahedra.nodes;
+  for (std::size_t c = 0; c < nodes.size(); ++c) f.segment<3>(3 * nodes[c]) += e.force[c];
+  for (std::size_t t = 0; e.any_split && t < tets.size(); ++t)
+    for (int a = 0; a < 4; ++a) f.segment<3>(3 * tets[t][a]) += e.force[nodes.size() + 4 * t + a];
+}
+
+void add_octahedron_stiffness(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                              const std::vector<Mat3>& plastic_strain, bool exact, const OctahedronElements& e,
+                              std::vector<Eigen::Triplet<double>>& entries) {
+  const SmoothedOctahedra& o = rest.octahedra;
+  const auto add = [&](int i, int j, const Mat3& block) {
+    for (int p = 0; p < 3; ++p)
+      for (int q = 0; q < 3; ++q) entries.emplace_back(3 * i + p, 3 * j + q, block(p, q));
+  };
+  for (int d = 0; d < o.count(); ++d) {
+    const Lame& lame = rest.lame_of(first_tet(o, d));
+    Mat9 A;
+    if (exact) A = first_piola_derivative(lame, e.Q[d], gradient(o, d, x), plastic_strain[d]);
+    for (int a = o.corner_start[d]; a < o.corner_start[d + 1]; ++a) {
+      for (int b = o.corner_start[d]; b < o.corner_start[d + 1]; ++b) {
+        Mat3 block = o.gamma[a] * o.gamma[b] * Mat3::Identity();
+        if (!e.split[d] && exact) {
+          for (int k = 0; k < 3; ++k)
+            for (int l = 0; l < 3; ++l) block += o.core[a][k] * o.core[b][l] * A.block<3, 3>(3 * k, 3 * l);
+        } else if (!e.split[d]) {
+          const Vec3 c = e.core[a], g = e.core[b];
+          block += lame.lambda * c * g.transpose() + lame.mu * c.dot(g) * Mat3::Identity() + lame.mu * g * c.transpose();
+        }
+        add(o.nodes[a], o.nodes[b], block);
+      }
+    }
+  }
+  for (int t = 0; e.any_split && t < rest.tet_count(); ++t) {
+    if (e.tet_share[t] == 0) continue;
+    const RestTet tet = rest.tet(t);
+    if (exact) {
+      const Mat12 K = e.tet_share[t] * exact_stiffness(tet, rest.lame_of(t), gather(x, tets[t]), e.tet_Q[t],
+                                                       tet_plastic_strain(rest, plastic_strain, t));
+      for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) add(tets[t][a], tets[t][b], K.block<3, 3>(3 * a, 3 * b));
+      continue;
+    }
+    for (int a = 0; a < 4; ++a)
+      for (int b = 0; b < 4; ++b)
+        add(tets[t][a], tets[t][b], e.tet_share[t] * stiffness_block(tet, rest.lame_of(t), e.tet_Q[t], a, b));
+  }
+}
+
+}  // namespace crumple::sim::fem

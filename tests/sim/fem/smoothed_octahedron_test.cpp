@@ -1,0 +1,346 @@
+#include "server/sim/fem/smoothed_octahedron.h"
+
+#include "server/sim/fem/bdf2.h"
+#include "server/sim/fem/rotation.h"
+#include "tests/sim/fem/fem_test_support.h"
+
+#include <numeric>
+#include <set>
+
+namespace crumple::sim::fem {
+namespace {
+
+const ThreadPool kOne(1);
+
+constexpr ElementKind kSmoothed = ElementKind::smoothed_octahedra;
+
+// A body of octahedra, moved at random, strained and flowed.
+struct Shaken {
+  TetMesh mesh;
+  FemMaterial material;
+  RestBody rest;
+  FemState state;
+
+  explicit Shaken(TetMesh made, std::span<const MaterialRegion> regions = {}, FlowRule flow = FlowRule::additive) : mesh(std::move(made)) {
+    test::Random random;
+    for (int t = 0; t < mesh.tet_count(); ++t) mesh.fill.push_back(random.uniform(0.1, 1));
+    material.flow = flow;
+    material.damping_mass = 0.7;
+    material.damping_stiffness = 0.002;
+    rest = test::rest_body(mesh, material, 0, regions, kSmoothed);
+    state = test::rest_state(mesh);
+    state.plastic_strain.assign(rest.point_count(), Mat3::Zero());
+    const Mat3 R = random.rotation();
+    for (Vec3& x : state.x) x = R * x + random.vec3(-0.008, 0.008);
+    for (Vec3& v : state.v) v = random.vec3(-1, 1);
+    for (Mat3& p : state.plastic_strain) p = 0.02 * symmetric_part(random.mat3(-1, 1));
+  }
+
+  Eigen::VectorXd forces(const std::vector<Vec3>& x) const {
+    Elements elements;
+    Eigen::VectorXd f(3 * mesh.node_count());
+    elastic_forces(rest, mesh.tets, x, state.plastic_strain, kOne, elements, f);
+    return f;
+  }
+  double energy(const std::vector<Vec3>& x) const { return elastic_energy(rest, mesh.tets, x, state.plastic_strain); }
+};
+
+std::vector<TetMesh> meshes() {
+  return {test::bcc_box({4, 3, 3}, {1, 0.75, 0.75}), test::kuhn_box(4, 2, 2, {1, 0.5, 0.5})};
+}
+
+TEST(SmoothedOctahedron, TetsAroundLongEdgesOfABccLatticeAreHalfAsManyOctahedra) {
+  const TetMesh mesh = test::bcc_box({6, 6, 6}, {1, 1, 1});
+  const RestBody rest = test::rest_body(mesh, {}, 0, {}, kSmoothed);
+  const SmoothedOctahedra& o = rest.octahedra;
+  // Around each edge between two centres, and around each edge of a cell that is inside: 5 * 6^2 and 6 * 5^2 an axis.
+  // Those next to a face have the two halves of a pyramid beside them, which go by their own edges.
+  EXPECT_GE(o.closed, 3 * 5 * 36 + 3 * 4 * 9);
+  EXPECT_NEAR(std::accumulate(o.volume.begin(), o.volume.end(), 0.0), 1, 1e-12);
+  std::vector<int> uses(mesh.tet_count(), 0);
+  for (const int t : o.tets) ++uses[t];
+  EXPECT_EQ(std::set(uses.begin(), uses.end()), std::set{2});
+  for (int d = 0; d < o.closed; ++d) {
+    EXPECT_EQ(o.corner_start[d + 1] - o.corner_start[d], 6);
+    EXPECT_EQ(o.tet_start[d + 1] - o.tet_start[d], 4);
+  }
+}
+
+// The patch test: an affine field strains all octahedra alike and pulls at no node inside.
+TEST(SmoothedOctahedron, AnAffineFieldIsExact) {
+  test::Random random(3);
+  for (TetMesh mesh : meshes()) {
+    std::set<int> surface;
+    for (const SurfaceFace& face : surface_faces(mesh.tets)) surface.insert(face.nodes.begin(), face.nodes.end());
+    for (int n = 0; n < mesh.node_count(); ++n)
+      if (!surface.contains(n)) mesh.X[n] += random.vec3(-0.03, 0.03);
+    const RestBody rest = test::rest_body(mesh, {}, 0, {}, kSmoothed);
+    const Mat3 F = random.rotation() * (Mat3::Identity() + 0.05 * symmetric_part(random.mat3(-1, 1)));
+    std::vector<Vec3> x;
+    for (const Vec3& X : mesh.X) x.push_back(F * X + Vec3(1, 2, 3));
+    const std::vector<Mat3> none(rest.point_count(), Mat3::Zero());
+    Elements elements;
+    Eigen::VectorXd f(3 * mesh.node_count());
+    elastic_forces(rest, mesh.tets, x, none, kOne, elements, f);
+    const Mat3 Q = rotation(F, RotationRule::svd);
+    const Mat3 sigma = isotropic_stress(rest.lame, corotational_strain(Q, F));
+    for (const Mat3& s : elements.octahedra.sigma) EXPECT_LT((s - sigma).norm(), 1e-9 * sigma.norm());
+    for (int n = 0; n < mesh.node_count(); ++n) {
+      if (!surface.contains(n)) {
+        EXPECT_LT(f.segment<3>(3 * n).norm(), 1e-9 * f.norm());
+      }
+    }
+    const double volume = std::accumulate(rest.volume.begin(), rest.volume.end(), 0.0);
+    const double energy = volume * energy_density(rest.lame, corotational_strain(Q, F));
+    EXPECT_NEAR(elastic_energy(rest, mesh.tets, x, none), energy, 1e-9 * energy);
+    for (int t = 0; t < mesh.tet_count(); ++t)
+      EXPECT_LT((element_stress(rest, elements, t) - Q * sigma * Q.transpose()).norm(), 1e-9 * sigma.norm());
+  }
+}
+
+TEST(SmoothedOctahedron, ARigidMotionCostsNothing) {
+  test::Random random(5);
+  for (const TetMesh& mesh : meshes()) {
+    Shaken s(mesh);
+    s.state.plastic_strain.assign(s.rest.point_count(), Mat3::Zero());
+    const Mat3 R = random.rotation();
+    std::vector<Vec3> x;
+    for (const Vec3& X : mesh.X) x.push_back(R * X + Vec3(3, 2, 1));
+    EXPECT_LT(s.energy(x), 1e-18);
+    EXPECT_LT(s.forces(x).norm(), 1e-6);  // of E = 1e6 and rounded positions
+  }
+}
+
+TEST(SmoothedOctahedron, ForceIsMinusEnergyGradientAndStiffnessMinusForceGradient) {
+  for (const TetMesh& mesh : meshes()) {
+    Shaken s(mesh);
+    // With plastic strain that is not coaxial the paper's forces are no gradient: elastic here, balanced below.
+    s.state.plastic_strain.assign(s.rest.point_count(), Mat3::Zero());
+    const Eigen::VectorXd f = s.forces(s.state.x);
+    const Eigen::MatrixXd K = tangent_stiffness(s.rest, s.mesh.tets, s.state.x, s.state.plastic_strain, Tangent::exact);
+    EXPECT_LT((K - K.transpose()).norm(), 1e-12 * K.norm());
+    constexpr double h = 1e-6;
+    for (int dof = 0; dof < f.size(); dof += 7) {
+      std::vector<Vec3> plus = s.state.x, minus = s.state.x;
+      plus[dof / 3][dof % 3] += h;
+      minus[dof / 3][dof % 3] -= h;
+      EXPECT_NEAR(f[dof], -(s.energy(plus) - s.energy(minus)) / (2 * h), 1e-6 * f.norm());
+      const Eigen::VectorXd column = -(s.forces(plus) - s.forces(minus)) / (2 * h);
+      EXPECT_LT((column - K.col(dof)).norm(), 1e-6 * K.col(dof).norm());
+    }
+  }
+}
+
+TEST(SmoothedOctahedron, DeviatoricFlowLeavesForcesWithoutMoment) {
+  for (const TetMesh& mesh : meshes()) {
+    const Shaken s(mesh, {}, FlowRule::deviatoric);
+    const Eigen::VectorXd f = s.forces(s.state.x);
+    Vec3 moment = Vec3::Zero(), sum = Vec3::Zero();
+    for (int n = 0; n < mesh.node_count(); ++n) {
+      moment += s.state.x[n].cross(f.segment<3>(3 * n));
+      sum += f.segment<3>(3 * n);
+    }
+    EXPECT_LT(moment.norm(), 1e-11 * f.norm());
+    EXPECT_LT(sum.norm(), 1e-12 * f.norm());
+  }
+}
+
+// Eq. 5 with whole matrices, of one material and of two, with tets that stand for themselves and without.
+TEST(SmoothedOctahedron, AssembledSystemIsEquationFive) {
+  for (const TetMesh& mesh : meshes()) {
+    MaterialRegion region;
+    region.material.young = 3e6;
+    region.material.damping_mass = 0.1;
+    region.material.damping_stiffness = 0.001;
+    for (int t = 0; t < mesh.tet_count(); ++t)
+      if (mesh.X[mesh.tets[t][0]].x() < 0.5) region.tets.push_back(t);
+    for (const bool two : {false, true}) {
+      for (const bool crushed : {false, true}) {
+        Shaken s(mesh, two ? std::span<const MaterialRegion>(&region, 1) : std::span<const MaterialRegion>{});
+        if (crushed) s.state.x[mesh.tets[20][0]] += 0.5 * (s.state.x[mesh.tets[20][1]] - s.state.x[mesh.tets[20][0]]) * 3;
+        Elements elements;
+        update_elements(s.rest, s.mesh.tets, s.state.x, s.state.plastic_strain, kOne, elements);
+        EXPECT_EQ(elements.octahedra.any_split, crushed);
+        constexpr double dt = 1.0 / 60;
+        StepSystem system;
+        const Eigen::VectorXd none = Eigen::VectorXd::Zero(3 * mesh.node_count());
+        assemble(s.rest, s.mesh.tets, s.state, none, dt, {}, kOne, system);
+        Eigen::VectorXd v(none.size()), b = dt * s.forces(s.state.x);
+        for (int i = 0; i < mesh.node_count(); ++i) {
+          v.segment<3>(3 * i) = s.state.v[i];
+          b.segment<3>(3 * i) += s.rest.node_mass[i] * s.state.v[i];
+        }
+        EXPECT_LT((system.b - b).norm(), 1e-12 * b.norm());
+        if (two) continue;
+        const Eigen::MatrixXd K =
+            tangent_stiffness(s.rest, s.mesh.tets, s.state.x, s.state.plastic_strain, Tangent::fixed_rotation);
+        Eigen::MatrixXd A = (dt * s.material.damping_stiffness + dt * dt) * K;
+        for (int i = 0; i < mesh.node_count(); ++i)
+          A.diagonal().segment<3>(3 * i).array() += (1 + dt * s.material.damping_mass) * s.rest.node_mass[i];
+        EXPECT_LT((system.to_sparse().toDense() - A).norm(), 1e-12 * A.norm());
+      }
+    }
+  }
+}
+
+// A body of two regions with the same numbers is that of one.
+TEST(SmoothedOctahedron, OfTwoMaterialsTheMatrixIsTheSumOfEach) {
+  const TetMesh mesh = meshes().front();
+  MaterialRegion region;
+  for (int t = 0; t < mesh.tet_count(); t += 3) region.tets.push_back(t);
+  region.material.damping_mass = 0.2;
+  region.material.damping_stiffness = 0.004;
+  region.material.young = 5e6;
+  const Shaken s(mesh, std::span(&region, 1));
+  const Eigen::MatrixXd K = tangent_stiffness(s.rest, s.mesh.tets, s.state.x, s.state.plastic_strain, Tangent::fixed_rotation);
+  // d A / d stiffness: two steps' matrices, without damping proportional to stiffness in either.
+  RestBody undamped = s.rest;
+  for (int k = 0; k < 2; ++k) undamped.material_at(k).damping_stiffness = 0;
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(3 * mesh.node_count());
+  StepSystem one, two;
+  assemble(undamped, s.mesh.tets, s.state, none, 0.01, {}, kOne, one);
+  Eigen::MatrixXd A = 1e-4 * K;
+  for (int i = 0; i < mesh.node_count(); ++i)
+    A.diagonal().segment<3>(3 * i).array() += s.rest.node_mass[i] + 0.01 * s.rest.node_drag[i];
+  EXPECT_LT((one.to_sparse().toDense() - A).norm(), 1e-12 * A.norm());
+  // Octahedra do not reach from one material into the other.
+  const SmoothedOctahedra& o = s.rest.octahedra;
+  for (int d = 0; d < o.count(); ++d)
+    for (int k = o.tet_start[d]; k < o.tet_start[d + 1]; ++k)
+      EXPECT_EQ(s.rest.material_id[o.tets[k]], s.rest.material_id[o.tets[o.tet_start[d]]]);
+}
+
+// Without the hourglass force the two lattices of a block slide through each other against its surface alone.
+TEST(SmoothedOctahedron, TheTwoLatticesDoNotSlideThroughEachOther) {
+  const TetMesh mesh = test::bcc_box({8, 8, 8}, {1, 1, 1});
+  const std::vector<Mat3> none(mesh.tets.size(), Mat3::Zero());
+  const RestBody tets = test::rest_body(mesh, {}), smoothed = test::rest_body(mesh, {}, 0, {}, kSmoothed);
+  RestBody bare = smoothed;
+  std::ranges::fill(bare.octahedra.gamma, 0.0);
+  // What is far from the surface slides.
+  std::vector<Vec3> x = mesh.X;
+  for (Vec3& p : x) {
+    const Vec3 scaled = 16 * p;
+    const bool centre = std::lround(scaled.x()) % 2 == 1;
+    if (centre && (p - Vec3::Constant(0.5)).cwiseAbs().maxCoeff() < 0.32) p += Vec3(0.002, 0.001, -0.001);
+  }
+  const double of_tets = elastic_energy(tets, mesh.tets, x, none);
+  const double of_octahedra = elastic_energy(smoothed, mesh.tets, x, {none.begin(), none.begin() + smoothed.point_count()});
+  const double of_averages = elastic_energy(bare, mesh.tets, x, {none.begin(), none.begin() + smoothed.point_count()});
+  EXPECT_GT(of_octahedra - of_averages, 0.5 * kHourglassShare * of_tets);
+  EXPECT_LT(of_octahedra - of_averages, 2 * kHourglassShare * of_tets);
+}
+
+// Timoshenko's beam: tip of a cantilever under a shear force at its end.
+TEST(SmoothedOctahedron, ACantileverBendsAsItShouldOnACoarseMesh) {
+  for (const bool bcc : {true, false}) {
+    const TetMesh mesh = bcc ? test::bcc_box({16, 3, 3}, {2, 0.4, 0.4}) : test::kuhn_box(16, 3, 3, {2, 0.4, 0.4});
+    FemMaterial material;
+    const double inertia = std::pow(0.4, 4) / 12, shear = material.young / (2 * (1 + material.poisson));
+    const double exact = 8.0 / (3 * material.young * inertia) + 2 / (0.85 * 0.16 * shear);  // of 1 N
+    const auto tip = [&](ElementKind element) {
+      const RestBody rest = test::rest_body(mesh, material, 0, {}, element);
+      const std::vector<Mat3> none(rest.point_count(), Mat3::Zero());
+      Eigen::MatrixXd K = tangent_stiffness(rest, mesh.tets, mesh.X, none, Tangent::fixed_rotation);
+      Eigen::VectorXd f = Eigen::VectorXd::Zero(K.rows());
+      double area = 0;
+      for (const SurfaceFace& face : surface_faces(mesh.tets)) {
+        const Vec3 a = mesh.X[face.nodes[0]], b = mesh.X[face.nodes[1]], c = mesh.X[face.nodes[2]];
+        if (std::min({a.x(), b.x(), c.x()}) < 2 - 1e-9) continue;
+        for (const int n : face.nodes) f[3 * n + 1] += 0.5 * (b - a).cross(c - a).norm() / 3 / 0.16;
+        area += 0.5 * (b - a).cross(c - a).norm();
+      }
+      EXPECT_NEAR(area, 0.16, 1e-12);
+      for (int n = 0; n < mesh.node_count(); ++n) {
+        if (mesh.X[n].x() > 1e-9) continue;
+        for (int d = 3 * n; d < 3 * n + 3; ++d) {
+          K.row(d).setZero();
+          K.col(d).setZero();
+          K(d, d) = 1;
+        }
+      }
+      return f.dot(K.ldlt().solve(f));
+    };
+    const double plain = tip(ElementKind::linear_tetrahedra) / exact - 1, smoothed = tip(kSmoothed) / exact - 1;
+    // Measured: BCC -12.7 % and -6.0 %, Kuhn -31 % and -5 %; on finer meshes the ratio grows (docs/lab.md).
+    EXPECT_LT(std::abs(smoothed), 0.065) << "bcc " << bcc << ", plain " << plain;
+    EXPECT_LT(std::abs(smoothed), (bcc ? 0.5 : 0.2) * std::abs(plain)) << "bcc " << bcc;
+  }
+}
+
+TEST(SmoothedOctahedron, ACrackPartsThemAndPlasticStrainGoesOn) {
+  TetMesh mesh = test::bcc_box({4, 4, 4}, {1, 1, 1});
+  RestBody rest = test::rest_body(mesh, {}, 0, {}, kSmoothed);
+  const double volume = std::accumulate(rest.octahedra.volume.begin(), rest.octahedra.volume.end(), 0.0);
+  const SmoothedOctahedra before = rest.octahedra;
+  // The plane x = 1/2 parts the mesh between the tets on either side of it, by centroid.
+  std::vector<Tet> tets = mesh.tets;
+  std::map<int, int> copy;
+  for (Tet& tet : tets) {
+    double x = 0;
+    for (const int n : tet) x += mesh.X[n].x() / 4;
+    if (x < 0.5) continue;
+    for (int& n : tet) n = copy.emplace(n, mesh.node_count() + static_cast<int>(copy.size())).first->second;
+  }
+  const std::vector<int> parents = follow_topology(rest, tets, mesh.node_count() + static_cast<int>(copy.size()));
+  const SmoothedOctahedra& after = rest.octahedra;
+  ASSERT_EQ(static_cast<int>(parents.size()), after.count());
+  EXPECT_GT(after.count(), before.count());
+  EXPECT_NEAR(std::accumulate(after.volume.begin(), after.volume.end(), 0.0), volume, 1e-12);
+  for (int d = 0; d < after.count(); ++d) {
+    std::set<bool> sides;
+    for (int k = after.tet_start[d]; k < after.tet_start[d + 1]; ++k) {
+      const int t = after.tets[k];
+      sides.insert(tets[t] != mesh.tets[t]);
+      const auto of_before = std::span(before.tets).subspan(before.tet_start[parents[d]], before.tet_start[parents[d] + 1] - before.tet_start[parents[d]]);
+      EXPECT_TRUE(std::ranges::count(of_before, t) == 1);
+    }
+    EXPECT_EQ(sides.size(), 1u);
+  }
+}
+
+// A bar pulled past yield: all octahedra flow alike, as a plain tet does.
+TEST(SmoothedOctahedron, FlowsAsAPlainTetWhereStrainIsUniform) {
+  for (const TetMesh& mesh : meshes()) {
+    FemMaterial material;
+    material.flow = FlowRule::deviatoric;
+    material.yield = 0.01;
+    material.creep = 0.5;
+    const Mat3 F = Mat3::Identity() + 0.1 * Vec3::UnitX() * Vec3::UnitX().transpose();
+    std::vector<Vec3> x;
+    for (const Vec3& X : mesh.X) x.push_back(F * X);
+    const auto flowed = [&](ElementKind element) {
+      const RestBody rest = test::rest_body(mesh, material, 0, {}, element);
+      std::vector<Mat3> plastic(rest.point_count(), Mat3::Zero());
+      Elements elements;
+      for (int k = 0; k < 5; ++k) plastic_flow(rest, mesh.tets, x, 1.0 / 60, 1.0 / 60, kOne, plastic, elements);
+      return plastic;
+    };
+    const Mat3 expected = flowed(ElementKind::linear_tetrahedra).front();
+    EXPECT_GT(expected.norm(), 0.01);
+    for (const Mat3& p : flowed(kSmoothed)) EXPECT_LT((p - expected).norm(), 1e-12);
+  }
+}
+
+TEST(SmoothedOctahedron, SameBitsForOneAndTwoThreads) {
+  const ThreadPool two(2);
+  for (const bool bdf2 : {false, true}) {
+    std::vector<std::vector<Vec3>> ends;
+    for (const ThreadPool* pool : {&kOne, &two}) {
+      Shaken s(test::bcc_box({8, 4, 4}, {2, 1, 1}));
+      StepScratch scratch;
+      Bdf2Scratch bdf2_scratch;
+      const Eigen::VectorXd f = test::gravity_force(s.rest, {0, -9.81, 0});
+      for (int k = 0; k < 10; ++k) {
+        const StepOptions options = step_options(s.material, 1.0 / 60);
+        if (bdf2) bdf2_step(s.rest, s.mesh.tets, s.state, f, {}, options, *pool, scratch, bdf2_scratch);
+        else implicit_euler_step(s.rest, s.mesh.tets, s.state, f, {}, options, *pool, scratch);
+      }
+      ends.push_back(s.state.x);
+    }
+    EXPECT_EQ(ends[0], ends[1]);
+  }
+}
+
+}  // namespace
+}  // namespace crumple::sim::fem
