@@ -135,7 +135,7 @@ TEST(SceneConvert, EveryFieldArrives) {
       "    shapes { pose { position { y: 1 } } cylinder { radius: 2 half_length: 3 } }"
       "    shapes { convex_hull { points {} points { x: 1 } points { y: 1 } points { z: 1 } } }"
       "    motion { time: 1 pose { position { x: 6 } } } motion { time: 2 } } } " +
-      fem_body("clamp_limit: 50 rigid_fragments: 12 material { young: 2e7 poisson_ratio: 0.25 density: 2500 damping_mass: 1"
+      fem_body("clamp_limit: 50 element: SMOOTHED_OCTAHEDRA rigid_fragments: 12 material { young: 2e7 poisson_ratio: 0.25 density: 2500 damping_mass: 1"
                " damping_stiffness: 2 rotation: POLAR_QR flow: DEVIATORIC yield: 0.5 creep: 0.75 max_plastic: 3 raw_creep: true"
                " breakable: true toughness: 1e5 raw_toughness: true fracture_interval: 4 max_splits_per_step: 5"
                " friction: 0.6 cg_tolerance: 1e-7 cg_max_iterations: 80 }"
@@ -190,6 +190,7 @@ TEST(SceneConvert, EveryFieldArrives) {
                          m.max_plastic, m.toughness, m.friction, m.cg_tolerance, fem.clamp_limit}),
             (std::vector{2e7, 0.25, 2500., 1., 2., 0.5, 0.75, 3., 1e5, 0.6, 1e-7, 50.}));
   EXPECT_EQ(fem.rigid_fragments, 12);
+  EXPECT_EQ(fem.element, sim::fem::ElementKind::smoothed_octahedra);
   EXPECT_EQ((std::vector{m.fracture_interval, m.max_splits_per_step, m.cg_max_iterations}), (std::vector{4, 5, 80}));
   EXPECT_EQ(m.rotation, sim::fem::RotationRule::polar_qr);
   EXPECT_EQ(m.flow, sim::fem::FlowRule::deviatoric);

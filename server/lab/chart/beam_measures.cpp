@@ -26,7 +26,9 @@ void apply(const Setup& setup, sim::SceneDescription& scene) {
   scene.float_solver = setup.float_solver;
   scene.solver = setup.solver;
   scene.unguarded = !setup.guarded;
-  auto& material = std::get<sim::FemModel>(scene.bodies[0].model).material;
+  auto& model = std::get<sim::FemModel>(scene.bodies[0].model);
+  model.element = setup.element;
+  auto& material = model.material;
   material.cg_tolerance = setup.cg_tolerance;
   material.cg_max_iterations = setup.cg_cap;
   material.rotation = setup.rotation;
@@ -110,7 +112,7 @@ using Make = std::function<Result<Scene>(const Setup&)>;
 Result<std::vector<double>> direct(Workshop& workshop, const std::string& name, const Make& make, const Setup& setup, bool tip) {
   const std::string key = text(name, tip ? " tip" : " nodes", " direct, lattice ", static_cast<int>(setup.lattice), ", cells ",
                                setup.cells, ", steps a second ", std::lround(1 / setup.dt), ", rule ", static_cast<int>(setup.rotation), ", integrator ",
-                               static_cast<int>(setup.integrator));
+                               static_cast<int>(setup.integrator), setup.element == sim::fem::ElementKind::linear_tetrahedra ? "" : ", octahedra");
   if (const auto at = workshop.arrays.find(key); at != workshop.arrays.end()) return at->second;
   auto scene = make(setup);
   if (!scene) return std::unexpected(scene.error());

@@ -54,7 +54,7 @@ Result<Motion> step_world(const sim::SceneDescription& scene, int threads, doubl
   if (!made) return std::unexpected(made.error());
   sim::World& world = **made;
   const auto& model = std::get<sim::FemModel>(scene.bodies[kFirstBody].model);
-  auto rest = fem::make_rest_body(*model.mesh, model.material, model.clamp_limit, model.regions);
+  auto rest = fem::make_rest_body(*model.mesh, model.material, model.clamp_limit, model.regions, model.element);
   if (!rest) return std::unexpected(rest.error());
   const std::vector<Vec3> start = world.fem(kFirstBody).x;
 
@@ -91,11 +91,11 @@ Result<Motion> step_world(const sim::SceneDescription& scene, int threads, doubl
 
 Result<Motion> step_directly(const sim::SceneDescription& scene, double end, const std::vector<int>& probe) {
   const auto& model = std::get<sim::FemModel>(scene.bodies[kFirstBody].model);
-  auto rest = fem::make_rest_body(*model.mesh, model.material, model.clamp_limit, model.regions);
+  auto rest = fem::make_rest_body(*model.mesh, model.material, model.clamp_limit, model.regions, model.element);
   if (!rest) return std::unexpected(rest.error());
   const std::vector<Vec3> start = placed(scene.bodies[kFirstBody], model.mesh->X);
   fem::FemState state{start, std::vector<Vec3>(start.size(), Vec3::Zero()),
-                      std::vector<Mat3>(model.mesh->tets.size(), Mat3::Zero())};
+                      std::vector<Mat3>(rest->point_count(), Mat3::Zero())};
   std::vector<fem::PrescribedNode> held;
   for (const sim::NodeMotion& motion : model.motions) {
     for (int n : motion.nodes) held.push_back({n, Vec3::Zero()});
@@ -158,6 +158,7 @@ std::uint64_t scene_hash(const sim::SceneDescription& scene) {
     if (const auto* fem = std::get_if<sim::FemModel>(&body.model)) {
       hash_mesh(hash, *fem->mesh);
       hash_material(hash, fem->material);
+      if (fem->element != fem::ElementKind::linear_tetrahedra) hash.add(static_cast<double>(fem->element));
       for (const fem::MaterialRegion& region : fem->regions) {
         for (int t : region.tets) hash.add(static_cast<double>(t));
         hash_material(hash, region.material);
@@ -182,7 +183,7 @@ std::uint64_t level_hash(const Level& level, const Material& material) {
     hash.add(d.value);
   }
   for (double v : {material.young, material.poisson, material.density}) hash.add(v);
-  hash.add(static_cast<std::uint64_t>(material.element));
+  if (material.element != fem::ElementKind::linear_tetrahedra) hash.add(static_cast<double>(material.element));
   return hash.value();
 }
 

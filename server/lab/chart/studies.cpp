@@ -10,6 +10,7 @@ using sim::Integrator;
 using sim::fem::RotationRule;
 using sim::linear_solver::SolverKind;
 
+constexpr auto kOctahedra = sim::fem::ElementKind::smoothed_octahedra;
 constexpr const char* kBeamB = "Beam B: 1 x 0.16 x 0.16 m, E = 1 MPa, nu = 0.3, 1000 kg/m3, held at one end, dropped under gravity for one second";
 constexpr const char* kTwoLevels = "two levels are stored";
 const PanelAxis kIterations{"iterations", "CG iterations a step"};
@@ -66,6 +67,9 @@ Study lattices(const Workshop& w) {
   for (const auto& [name, lattice] : {std::pair{"linear tets, Kuhn", Lattice::kuhn}, {"linear tets, FEMFX lattice", Lattice::femfx}, {"linear tets, BCC", Lattice::bcc}}) {
     s.curves.push_back({name, knobs::cells({1, 2, 3, 4, 6, 8}, 8), {.lattice = lattice}, 2});
   }
+  for (const auto& [name, lattice] : {std::pair{"smoothed octahedra, Kuhn", Lattice::kuhn}, {"smoothed octahedra, BCC", Lattice::bcc}}) {
+    s.curves.push_back({name, knobs::cells({1, 2, 3, 4, 6, 8}, 8), {.lattice = lattice, .element = kOctahedra}, 2});
+  }
   return s;
 }
 
@@ -81,6 +85,7 @@ Study stored(const Workshop& w) {
     const char *name, *case_name, *field;
     double poisson;
     const char* heavy;
+    sim::fem::ElementKind element = sim::fem::ElementKind::linear_tetrahedra;
   };
   const Row rows[] = {{"S03 cantilever", "S03_cantilever_small", "ref_c3d10_at_nodes", 0, ""},
                       {"S04 elastica, corotational", "S04_elastica_large_deflection", "elastica tip", 0, "L1"},
@@ -91,10 +96,17 @@ Study stored(const Workshop& w) {
                       {"S10 Cook, nu 0.3", "S10_cook_membrane_nu", "tip", 0.3, ""},
                       {"S10 Cook, nu 0.49", "S10_cook_membrane_nu", "tip", 0.49, ""},
                       {"S10 Cook, nu 0.4999", "S10_cook_membrane_nu", "tip", 0.4999, ""},
-                      {"S13 cylinder", "S13_thick_cylinder_pressure", "exact_lame", 0, ""}};
+                      {"S13 cylinder", "S13_thick_cylinder_pressure", "exact_lame", 0, ""},
+                      {"S03 cantilever, octahedra", "S03_cantilever_small", "ref_c3d10_at_nodes", 0, "", kOctahedra},
+                      {"S05 torsion, octahedra", "S05_torsion_square_bar", "torque", 0, "L1", kOctahedra},
+                      {"S07 first frequency, octahedra", "S07_cantilever_frequencies", "first frequency", 0, "", kOctahedra},
+                      {"S09 bunny, octahedra", "S09_bunny_hung", "ref_c3d10_L1_linear", 0, "L1", kOctahedra},
+                      {"S10 Cook, nu 0.3, octahedra", "S10_cook_membrane_nu", "tip", 0.3, "", kOctahedra},
+                      {"S10 Cook, nu 0.49, octahedra", "S10_cook_membrane_nu", "tip", 0.49, "", kOctahedra},
+                      {"S13 cylinder, octahedra", "S13_thick_cylinder_pressure", "exact_lame", 0, "", kOctahedra}};
   for (const Row& r : rows) {
     if (!w.has(r.case_name)) s.unmet = "Reference not at hand: the collection of static cases was not found.";
-    s.curves.push_back({r.name, knobs::levels({"L0", "L1"}, r.heavy), {.case_name = r.case_name, .field = r.field, .poisson = r.poisson}, 0, kTwoLevels});
+    s.curves.push_back({r.name, knobs::levels({"L0", "L1"}, r.heavy), {.element = r.element, .case_name = r.case_name, .field = r.field, .poisson = r.poisson}, 0, kTwoLevels});
   }
   return s;
 }
@@ -248,7 +260,9 @@ Study beam_b() {
   s.measure = beam_at_rest();
   s.more = {kCellSize, kIterations};
   s.curves = {{"linear tets, Kuhn", knobs::cells({2, 3, 4, 6, 8}, 6), {}, 2},
-              {"linear tets, BCC", knobs::cells({1, 2, 3, 4, 6}, 4), {.lattice = Lattice::bcc}, 2}};
+              {"linear tets, BCC", knobs::cells({1, 2, 3, 4, 6}, 4), {.lattice = Lattice::bcc}, 2},
+              {"smoothed octahedra, Kuhn", knobs::cells({1, 2, 3, 4, 6}, 4), {.element = kOctahedra}, 2},
+              {"smoothed octahedra, BCC", knobs::cells({1, 2, 3, 4, 5}, 4), {.lattice = Lattice::bcc, .element = kOctahedra}, 2}};
   // ANCHORS: 2,400 tets, ms a step of 1/60 s and tip at rest.
   const auto peer = [](const char* name, double ms, double tip) { return PeerPoint{name, (0.4793 - tip) / 0.4793, 60 * ms / 1000}; };
   s.peers = {peer("Bullet btDeformable", 11.8, 0.406), peer("Vega corotational", 9.4, 0.405), peer("MuJoCo flex", 7.9, 0.365)};

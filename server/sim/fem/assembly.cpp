@@ -65,6 +65,9 @@ void pattern_of(int node_count, std::span<const std::array<int, 2>> edges, std::
 void rebuild(const RestBody& rest, const std::vector<Tet>& tets, int node_count, StepSystem& s) {
   s.tets = tets;
   s.with_split = false;
+  s.spectral_bound = 4;
+  for (int k = 0; rest.smoothed() && k < rest.material_count(); ++k)
+    if (rest.material_at(k).poisson > kNearlyIncompressible) s.spectral_bound = 6;
   connect(rest, tets, node_count, s);
   std::visit(
       [&]<class Scalar>(BlockSparseMatrix<Scalar>& A) {

@@ -14,14 +14,14 @@ using linear_solver::load_lanes;
 using linear_solver::multiply_add;
 
 constexpr int kRowsPerChunk = 1024;
-// The polynomial's interval. Of a matrix of tets no eigenvalue is above 4 times its block diagonal's; degree one still
-// smooths at kHigh + kLow. Measured on every level: up to 2.4 in whole meshes, 3.3 in broken ones.
-constexpr double kHigh = 3.7;
-constexpr double kLow = kHigh / 10;    // what a level leaves to the next one
+// The polynomial's interval, as parts of its upper end. Degree one still smooths at that and kLow of it. Measured on every
+// level of meshes of tets, whose bound is 4: up to 2.4 in whole meshes, 3.3 in broken ones.
+constexpr double kHigh = 3.7 / 4;      // of the largest spectral bound of the island's bodies
+constexpr double kLow = 1.0 / 10;      // what a level leaves to the next one
 constexpr int kSmoothing = 1;          // degree, before and after: 2 saves a third of the iterations and costs two thirds more each
 constexpr int kMostDenseBlocks = 40;   // of the coarsest level; above it is smoothed for long instead
 constexpr int kCoarsestSmoothing = 8;
-constexpr double kCoarsestLow = kHigh / 60;
+constexpr double kCoarsestLow = 1.0 / 60;
 
 LaneBlock inverse_or_identity(const Mat3& D) {
   const double minor = D(0, 0) * D(1, 1) - D(0, 1) * D(1, 0), det = D.determinant();
@@ -53,6 +53,7 @@ CompositeMultigrid::CompositeMultigrid(std::span<const MultigridPart> parts, std
     : pool_(pool), rigid_(rigid.begin(), rigid.end()) {
   Level finest;
   for (const MultigridPart& part : parts) {
+    high_ = std::max(high_, kHigh * part.system->spectral_bound);
     LevelPart own{.system = part.system, .first = part.first_block, .count = part.system->node_count()};
     if (!part.hierarchy->levels().empty()) own.transfer = &part.hierarchy->levels().front().transfer;
     finest.parts.push_back(own);
@@ -124,7 +125,7 @@ void CompositeMultigrid::prepare(Level& level) {
   diagonal.insert(diagonal.end(), rigid_.begin(), rigid_.end());
   level.diagonal.resize(level.blocks);
   for (int i = 0; i < level.blocks; ++i) level.diagonal[i] = LaneBlock(diagonal[i]);
-  level.rows.add_bound(1 / kHigh, diagonal);
+  level.rows.add_bound(1 / high_, diagonal);
   level.smoother.resize(level.blocks);
   pool_.for_chunks(level.blocks, kRowsPerChunk, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) level.smoother[i] = inverse_or_identity(diagonal[i]);
@@ -184,9 +185,9 @@ void CompositeMultigrid::each_row(Level& level, const Finish& finish) const {
   pool_.for_chunks(level.blocks, kRowsPerChunk, std::cref(chunk));
 }
 
-// x := x + p(D^-1 A) D^-1 (b - A x), p the Chebyshev polynomial that is small on [low, kHigh].
+// x := x + p(D^-1 A) D^-1 (b - A x), p the Chebyshev polynomial that is small on [low high_, high_].
 void CompositeMultigrid::smooth(Level& level, int steps, double low, bool from_zero) const {
-  const double middle = 0.5 * (kHigh + low), half = 0.5 * (kHigh - low), sigma = middle / half;
+  const double middle = 0.5 * high_ * (1 + low), half = 0.5 * high_ * (1 - low), sigma = middle / half;
   double rho = 1 / sigma;
   for (int step = 0; step < steps; ++step) {
     float keep = 0, take = static_cast<float>(1 / middle);

@@ -64,6 +64,7 @@ class CompositeMultigrid {
   const ThreadPool& pool_;
   std::vector<Mat3> rigid_;
   std::vector<Level> levels_;
+  double high_ = 0;  // upper end of the polynomial's interval
   bool dense_ = false;
   Eigen::LLT<Eigen::MatrixXd> coarsest_;
   Eigen::VectorXd dense_b_;

@@ -231,6 +231,27 @@ TEST(SmoothedOctahedron, TheTwoLatticesDoNotSlideThroughEachOther) {
   EXPECT_LT(of_octahedra - of_averages, 2 * kHourglassShare * of_tets);
 }
 
+// What the multigrid's smoother takes for granted (islands/composite_multigrid.cpp).
+TEST(SmoothedOctahedron, NoEigenvalueIsAboveTheSpectralBound) {
+  for (const TetMesh& mesh : meshes()) {
+    for (const double poisson : {0.0, 0.3, 0.4, 0.45, 0.49, 0.4999}) {
+      FemMaterial material;
+      material.poisson = poisson;
+      const RestBody rest = test::rest_body(mesh, material, 0, {}, kSmoothed);
+      FemState state = test::rest_state(mesh);
+      state.plastic_strain.assign(rest.point_count(), Mat3::Zero());
+      StepSystem system;
+      assemble(rest, mesh.tets, state, Eigen::VectorXd::Zero(3 * mesh.node_count()), 10, {}, kOne, system);  // stiffness alone
+      const Eigen::MatrixXd A = system.to_sparse().toDense();
+      Eigen::MatrixXd D = Eigen::MatrixXd::Zero(A.rows(), A.cols());
+      for (int i = 0; i < mesh.node_count(); ++i) D.block<3, 3>(3 * i, 3 * i) = system.diagonal()[i];
+      const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A, D, Eigen::EigenvaluesOnly);
+      EXPECT_LT(eigen.eigenvalues().maxCoeff(), system.spectral_bound) << mesh.tet_count() << " tets, nu " << poisson;
+      EXPECT_GT(eigen.eigenvalues().maxCoeff(), 0.4 * system.spectral_bound);
+    }
+  }
+}
+
 // Timoshenko's beam: tip of a cantilever under a shear force at its end.
 TEST(SmoothedOctahedron, ACantileverBendsAsItShouldOnACoarseMesh) {
   for (const bool bcc : {true, false}) {
