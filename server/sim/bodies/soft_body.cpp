@@ -345,7 +345,8 @@ Vec3 SoftBody::momentum() const {
 
 std::vector<double> SoftBody::von_mises() const {
   std::vector<double> values(tets.size());
-  if (!rest.smoothed() && system.elements.sigma.size() < tets.size()) return values;  // before the first step: stress-free
+  // Before the first step, and where nothing was moved since: stress-free.
+  if (rest.smoothed() ? system.tets.empty() && !system.elements.is_of(rest) : system.elements.sigma.size() < tets.size()) return values;
   const bool at_state = elements_at_state_ && system.elements.is_of(rest);
   const fem::Elements now = at_state ? fem::Elements{} : elements_now();
   const fem::Elements& elements = at_state ? system.elements : now;

@@ -9,6 +9,10 @@ namespace crumple::sim {
 // before: of each element, which one it was part of; empty: they are the same.
 void SoftBody::follow_elements(std::span<const int> before, std::vector<Mat3>& plastic_strain) {
   element_before_.assign(before.begin(), before.end());
+  if (is_empty()) {
+    plastic_strain.clear();
+    system.elements.octahedra = {};
+  }
   if (before.empty()) return;
   system.elements.octahedra = {};  // of others
   std::vector<Mat3> strain(before.size());

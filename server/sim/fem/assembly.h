@@ -32,8 +32,8 @@ struct StepFormula {
 
 StepFormula backward_euler_formula(const FemState& state, double dt);
 
-// A matrix of elements of k nodes has no eigenvalue above k of its block diagonal's: 4 of tets. Of smoothed octahedra up to 3.2
-// was measured, and up to 5 where Poisson's ratio is above this; those count with the six of theirs.
+// A matrix of elements of k nodes has no eigenvalue above k of its block diagonal's: 4 of tets. Of smoothed octahedra up to 3.9
+// was measured, and up to 5.3 where Poisson's ratio is above this; those count with the six of theirs.
 inline constexpr double kNearlyIncompressible = 0.4;
 
 // The linear system A v+ = b of one body and one step,
@@ -79,7 +79,8 @@ class StepSystem {
 
 // Assembles the step from x(t), v(t) to t + dt. f_ext: 3n, gravity and all [N]. rest.node_mass must be that of `tets`.
 // With dt in place of a formula: backward Euler.
-// Arrays and pattern are rebuilt when tets or the number of nodes differ from the last call's; else nothing allocates.
+// Arrays and pattern are rebuilt when tets or the number of nodes differ from the last call's, or when the first tet of an
+// octahedron comes to stand for itself, or the last no longer does; else nothing allocates.
 // Deterministic for any number of threads: the element pass writes per tet, edges and nodes gather in mesh order.
 void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState& state,
               Eigen::Ref<const Eigen::VectorXd> f_ext, double dt, std::span<const PrescribedNode> prescribed,

@@ -208,6 +208,18 @@ void update_split_tets(const RestBody& rest, const std::vector<Tet>& tets, const
   }
 }
 
+// Co-rotated strain of octahedron d, plastic part included. Cores of a clamped tet, which stays alone, are of its clamped basis.
+Mat3 strain_of(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, int d) {
+  const int t = first_tet(rest.octahedra, d);
+  const RotationRule rule = rest.material_of(t).rotation;
+  if (clamped(rest, t)) {
+    const Mat34 x_t = gather(x, tets[t]);
+    return corotational_strain(rest.tet(t), x_t, rotation(deformation_gradient(x_t, rest.beta[t]), rule));
+  }
+  const Mat3 F = gradient(rest.octahedra, d, x);
+  return corotational_strain(rotation(F, rule), F);
+}
+
 void resize(const SmoothedOctahedra& o, OctahedronElements& e) {
   e.Q.resize(o.count());
   e.sigma.resize(o.count());
@@ -253,9 +265,8 @@ void flow_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const st
     for (int d = begin; d < end; ++d) {
       const int t = first_tet(o, d);
       const FemMaterial& m = rest.material_of(t);
-      const Mat3 F = gradient(o, d, x);
-      flow(m.flow, corotational_strain(rotation(F, m.rotation), F), m.yield, creep[rest.heterogeneous() ? rest.material_id[t] : 0],
-           m.max_plastic, plastic_strain[d]);
+      flow(m.flow, strain_of(rest, tets, x, d), m.yield, creep[rest.heterogeneous() ? rest.material_id[t] : 0], m.max_plastic,
+           plastic_strain[d]);
     }
   };
   pool.for_chunks(o.count(), kPerChunk, std::cref(body));

@@ -85,14 +85,17 @@ void arrange(const std::vector<Tet>& tets, Group& group) {
   group.corners.erase(std::unique(group.corners.begin() + 2, group.corners.end()), group.corners.end());
 }
 
-// Of the slots of one edge, those that hang together by faces.
-void add_groups(const std::vector<Tet>& tets, const RestBody& rest, std::span<const Slot> slots, std::vector<Group>& groups) {
+// Of the slots of one edge, those that hang together by faces. before: of each slot, the octahedron that it was in; what was
+// in two stays in two. Empty: nothing was.
+void add_groups(const std::vector<Tet>& tets, const RestBody& rest, std::span<const Slot> slots, std::span<const int> before,
+                std::vector<Group>& groups) {
   std::vector<int> parent(slots.size());
   std::iota(parent.begin(), parent.end(), 0);
   for (std::size_t a = 0; a < slots.size(); ++a) {
     for (std::size_t b = a + 1; b < slots.size(); ++b) {
       const int s = slots[a].slot / 2, t = slots[b].slot / 2;
       const auto p = around(tets[s], slots[a].edge), q = around(tets[t], slots[b].edge);
+      if (!before.empty() && before[slots[a].slot] != before[slots[b].slot]) continue;
       const bool share_face = p[0] == q[0] || p[0] == q[1] || p[1] == q[0] || p[1] == q[1];
       if (share_face && may_join(rest, s, t) && slots.size() <= kMostAround) unite(parent, static_cast<int>(a), static_cast<int>(b));
     }
@@ -155,7 +158,7 @@ void append(const std::vector<Tet>& tets, const RestBody& rest, const Group& gro
   o.corner_start.push_back(static_cast<int>(o.nodes.size()));
 }
 
-void group_tets(const std::vector<Tet>& tets, RestBody& rest) {
+void group_tets(const std::vector<Tet>& tets, std::span<const int> before, RestBody& rest) {
   SmoothedOctahedra& o = rest.octahedra;
   std::vector<Slot> slots;
   slots.reserve(2 * tets.size());
@@ -166,17 +169,18 @@ void group_tets(const std::vector<Tet>& tets, RestBody& rest) {
   groups.reserve(slots.size() / 3);
   for (auto begin = slots.begin(); begin != slots.end();) {
     const auto end = std::find_if(begin, slots.end(), [&](const Slot& s) { return s.edge != begin->edge; });
-    add_groups(tets, rest, {begin, end}, groups);
+    add_groups(tets, rest, {begin, end}, before, groups);
     begin = end;
   }
-  std::ranges::stable_partition(groups, [](const Group& g) { return g.closed; });
-
   SmoothedOctahedra made;
   made.pairing = std::move(o.pairing);
   made.of_tet.resize(slots.size());
-  made.closed = static_cast<int>(std::ranges::count_if(groups, [](const Group& g) { return g.closed; }));
   made.tet_start = made.corner_start = {0};
-  for (const Group& group : groups) append(tets, rest, group, made);
+  for (const bool closed : {true, false}) {
+    for (const Group& group : groups)
+      if (group.closed == closed) append(tets, rest, group, made);
+    if (closed) made.closed = made.count();
+  }
   o = std::move(made);
 }
 
@@ -196,14 +200,14 @@ void make_octahedra(const std::vector<Tet>& tets, RestBody& rest) {
     }
     o.pairing.push_back(static_cast<std::uint8_t>(best));
   }
-  group_tets(tets, rest);
+  group_tets(tets, {}, rest);
 }
 
 std::vector<int> regroup(const std::vector<Tet>& tets, RestBody& rest) {
   SmoothedOctahedra& o = rest.octahedra;
   if (o.empty()) return {};
   const std::vector<int> of_tet = std::move(o.of_tet);
-  group_tets(tets, rest);
+  group_tets(tets, of_tet, rest);
   std::vector<int> before(o.count());
   for (std::size_t slot = 0; slot < of_tet.size(); ++slot) before[o.of_tet[slot]] = of_tet[slot];
   return before;

@@ -32,9 +32,9 @@ enum class ElementKind {
 // Tets stay together as long as they share faces around the edge and are of one material: what a crack parts, or where
 // materials meet, are octahedra of fewer tets; of one tet, half a plain tet. A tet with a clamped basis stays alone.
 inline constexpr double kHourglassShare = 0.05;
-// Averages let a mirrored or folded tet be. Where a tet has less of its rest volume, or deviates by more from the average,
-// in |F_t - F|, the tets of the octahedron stand for themselves. (60 scrambled cubes on either lattice all find their shape
-// again; without the second bound four stay folded.)
+// Averages let a mirrored or folded tet be. Where a tet has less of its rest volume, or deviates by more from the average, in
+// |F_t - F| (of closed octahedra: by as much as z sees), the tets of the octahedron stand for themselves. (60 scrambled cubes
+// on either lattice all find their shape again; without the second bound four stay folded.)
 inline constexpr double kSplitVolume = 0.2;
 inline constexpr double kSplitDeviation = 0.3;
 

@@ -343,6 +343,33 @@ TEST(SmoothedOctahedron, FlowsAsAPlainTetWhereStrainIsUniform) {
   }
 }
 
+// A sliver whose basis is clamped stands for itself: at rest it has no strain, does not flow and does not push.
+TEST(SmoothedOctahedron, AClampedSliverStaysAtRest) {
+  const TetMesh mesh = test::kuhn_box(2, 2, 2, {1, 1, 1});
+  FemMaterial material;
+  material.yield = 0.002;
+  material.creep = 1;
+  // The inverse of the shortest height of these tets is 2 sqrt(2): all are clamped at 2.
+  const RestBody rest = test::rest_body(mesh, material, 2, {}, kSmoothed);
+  ASSERT_FALSE(rest.beta_clamped.empty());
+  std::vector<Mat3> plastic(rest.point_count(), Mat3::Zero());
+  Elements elements;
+  plastic_flow(rest, mesh.tets, mesh.X, 1.0 / 60, 1.0 / 60, kOne, plastic, elements);
+  for (const Mat3& p : plastic) EXPECT_TRUE(p.isZero(1e-15));
+  Eigen::VectorXd f(3 * mesh.node_count());
+  elastic_forces(rest, mesh.tets, mesh.X, plastic, kOne, elements, f);
+  EXPECT_LT(f.norm(), 1e-9);
+  // Moved, all of its tets alone, the body does as one of clamped plain tets.
+  std::vector<Vec3> x;
+  for (const Vec3& X : mesh.X) x.push_back(1.01 * X);
+  Elements of_tets;
+  Eigen::VectorXd plain(f.size());
+  elastic_forces(rest, mesh.tets, x, plastic, kOne, elements, f);
+  elastic_forces(test::rest_body(mesh, material, 2), mesh.tets, x, std::vector<Mat3>(mesh.tets.size(), Mat3::Zero()), kOne, of_tets, plain);
+  EXPECT_GT(plain.norm(), 1);
+  EXPECT_LT((f - plain).norm(), 1e-12 * plain.norm());
+}
+
 TEST(SmoothedOctahedron, SameBitsForOneAndTwoThreads) {
   const ThreadPool two(2);
   for (const bool bdf2 : {false, true}) {
