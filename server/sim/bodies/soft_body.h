@@ -128,7 +128,6 @@ class SoftBody {
   // At the end of a step, elements up to date: pieces of at most as many tets as the scene says go on as rigid fragments,
   // unless they hang on a prescribed node or are still strained by 10 %.
   HandOver hand_over();
-  Mat3 plastic_strain_of(int t) const;
   void draw_tets();  // after splits, however many: the surface that is drawn
 
   // Spreads an impulse [N s] over the nodes within radius of a point by a smooth kernel times their mass; on the nearest
@@ -154,7 +153,6 @@ class SoftBody {
     std::vector<Vec3> at_start;
   };
   void follow_tets();                  // what the solve and contact need of the tets
-  void follow_elements(std::span<const int> before, std::vector<Mat3>& plastic_strain);
   bool is_near_rest(int t) const;
   std::vector<char> leaving(const fracture::Fragments& pieces);
   void keep_part(std::span<const int> kept_tets, std::span<const int> kept_nodes, const HandOver& moved);
@@ -165,7 +163,12 @@ class SoftBody {
   void measure(double dt);
   fem::Elements elements_now() const;  // at state.x
   bool may_break(std::uint64_t step) const;
-  std::vector<int> split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool, FractureOutcome& outcome);
+  struct Parted {
+    std::vector<int> node_origin;     // of new nodes
+    std::vector<int> element_before;  // fem::follow_topology's
+  };
+  Parted split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool, FractureOutcome& outcome);
+  std::vector<int> follow_topology();  // fem's; elements are of before
   std::vector<float> node_values() const;
 
   std::string name_;
@@ -194,7 +197,6 @@ class SoftBody {
   std::vector<Triangle> draw_triangles_;        // ids into draw_nodes_
   std::vector<NodeRef> scene_nodes_;            // where each node of the scene's mesh is
   int rigid_fragment_tets_ = 0;                 // largest piece that leaves
-  std::vector<int> element_before_;             // of follow_elements
   bool small_pieces_ = false;                   // some piece may leave, now or when it has calmed down
   int last_fragments_ = 1;
   bool whole_ahead_ = false;                    // fracture_ahead found nothing at the end of this step

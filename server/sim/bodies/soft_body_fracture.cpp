@@ -6,26 +6,17 @@
 
 namespace crumple::sim {
 
-// before: of each element, which one it was part of; empty: they are the same.
-void SoftBody::follow_elements(std::span<const int> before, std::vector<Mat3>& plastic_strain) {
-  element_before_.assign(before.begin(), before.end());
-  if (is_empty()) {
-    plastic_strain.clear();
-    system.elements.octahedra = {};
-  }
-  if (before.empty()) return;
+std::vector<int> SoftBody::follow_topology() {
   system.elements.octahedra = {};  // of others
-  std::vector<Mat3> strain(before.size());
-  for (std::size_t d = 0; d < before.size(); ++d) strain[d] = plastic_strain[before[d]];
-  plastic_strain = std::move(strain);
+  return fem::follow_topology(rest, tets, node_count());
 }
 
 bool SoftBody::may_break(std::uint64_t step) const {
   return !frozen && !is_empty() && rest.breakable() && step % material().fracture_interval == 0;
 }
 
-// Parker & O'Brien 2009, section 5, at state.x, where the elements are up to date. Returns the new nodes' origins.
-std::vector<int> SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool,
+// Parker & O'Brien 2009, section 5, at state.x, where the elements are up to date.
+SoftBody::Parted SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool,
                                        FractureOutcome& outcome) {
   const std::uint64_t own_seed = seed ^ (0x9e3779b97f4a7c15ULL * (id + 1));  // bodies break in different orders
   const fracture::SplitReport report =
@@ -56,14 +47,15 @@ std::vector<int> SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
     copies_of(prescribed_[at].node, [&](int copy) { prescribed_.push_back({copy, velocity}); });
   }
   if (command_force_.size() > 0) command_force_.conservativeResizeLike(Eigen::VectorXd::Zero(3 * node_count()));
-  follow_elements(fem::follow_topology(rest, tets, node_count()), state.plastic_strain);
+  std::vector<int> element_before = follow_topology();
+  if (rest.smoothed()) state.plastic_strain = fem::inherited(state.plastic_strain, element_before);
   follow_tets();
   last_fragments_ = report.fragments;
   small_pieces_ = rigid_fragment_tets_ > 0;
 
   outcome = {.splits = static_cast<int>(report.splits.size()), .fragments = all_pieces()};
   outcome.point = report.splits.front().point;
-  return report.origin;
+  return {report.origin, std::move(element_before)};
 }
 
 FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool) {
@@ -91,7 +83,7 @@ FractureOutcome SoftBody::fracture_ahead(Eigen::VectorXd& v_ahead, double dt, do
   } else {
     fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
   }
-  const std::vector<int> origin = split_nodes(seed + static_cast<std::uint64_t>(round), step, pool, outcome);
+  const auto [origin, element_before] = split_nodes(seed + static_cast<std::uint64_t>(round), step, pool, outcome);
   fracture::extend_by_origin(x, origin);
   fracture::extend_by_origin(v, origin);
   const Eigen::Index known = v_ahead.size() / 3;
@@ -101,8 +93,8 @@ FractureOutcome SoftBody::fracture_ahead(Eigen::VectorXd& v_ahead, double dt, do
   state.x = std::move(x);
   state.v = std::move(v);
   if (rest.yields()) {
-    if (outcome.splits > 0) follow_elements(std::vector<int>(element_before_), plastic_strain);
-    state.plastic_strain = std::move(plastic_strain);
+    const bool parted = rest.smoothed() && outcome.splits > 0;
+    state.plastic_strain = parted ? fem::inherited(plastic_strain, element_before) : std::move(plastic_strain);
   }
   whole_ahead_ = outcome.splits == 0;
   return outcome;

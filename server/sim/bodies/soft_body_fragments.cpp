@@ -17,10 +17,6 @@ constexpr double kSmallestVolume = 0.2;  // of the rest volume
 
 }  // namespace
 
-Mat3 SoftBody::plastic_strain_of(int t) const {
-  return rest.smoothed() ? fem::tet_plastic_strain(rest, state.plastic_strain, t) : state.plastic_strain[t];
-}
-
 bool SoftBody::is_near_rest(int t) const {
   const double volume = fem::edge_matrix(fem::gather(state.x, tets[t])).determinant() / 6;
   return volume > kSmallestVolume * rest.volume[t] &&
@@ -55,8 +51,7 @@ SoftBody::HandOver SoftBody::hand_over() {
   HandOver moved;
   if (!small_pieces_ || frozen) return moved;
   const fracture::Fragments pieces = fracture::find_fragments(tets);
-  if (!system.elements.is_of(rest))
-    fem::update_elements(rest, tets, state.x, state.plastic_strain, ThreadPool(1), system.elements);
+  if (!system.elements.is_of(rest)) system.elements = elements_now();
   const std::vector<char> leaves = leaving(pieces);
   moved.count = static_cast<int>(std::ranges::count(leaves, 1));
   if (moved.count == 0) return moved;
@@ -80,7 +75,7 @@ SoftBody::HandOver SoftBody::hand_over() {
     RigidFragment::Piece& piece = made[k];
     piece.tets.push_back(tets[t]);  // node ids follow below
     piece.tet_mass.push_back(tet_mass_[t]);
-    piece.plastic_strain.push_back(plastic_strain_of(t));
+    piece.plastic_strain.push_back(fem::element_plastic_strain(rest, state.plastic_strain, t));
     if (rest.heterogeneous()) piece.material_id.push_back(rest.material_id[t]);
     for (const int n : tets[t]) moved.node[n].fragment = before + k;
   }
@@ -114,7 +109,6 @@ void SoftBody::keep_part(std::span<const int> kept_tets, std::span<const int> ke
   keep(tets, kept_tets);
   for (Tet& tet : tets) std::ranges::for_each(tet, follow);
   keep(tet_mass_, kept_tets);
-  if (!rest.smoothed()) keep(state.plastic_strain, kept_tets);
   fem::keep_tets(rest, kept_tets);
   fem::Elements& elements = system.elements;
   keep(elements.Q, kept_tets);
@@ -131,7 +125,12 @@ void SoftBody::keep_part(std::span<const int> kept_tets, std::span<const int> ke
     for (NodeRef& ref : *refs)
       if (ref.fragment < 0) ref = moved.node[ref.node];
   }
-  follow_elements(fem::follow_topology(rest, tets, node_count()), state.plastic_strain);
+  if (rest.smoothed()) {
+    state.plastic_strain = fem::inherited(state.plastic_strain, follow_topology());
+  } else {
+    keep(state.plastic_strain, kept_tets);
+    follow_topology();
+  }
   stars_ = NodeStars(tets, node_count());
   last_fragments_ -= moved.count;
   command_force_.resize(0);

@@ -39,7 +39,7 @@ void find_materials(const RestBody& rest, const ElementNodes& elements, StepSyst
   if (!rest.heterogeneous()) return;
   const SmoothedOctahedra& o = rest.octahedra;
   for (int e = 0; e + 1 < static_cast<int>(elements.start.size()); ++e) {
-    const int t = !rest.smoothed() ? e : e < o.count() ? o.tets[o.tet_start[e]] : e - o.count();
+    const int t = !rest.smoothed() ? e : e < o.count() ? o.first_tet(e) : e - o.count();
     s.corner_material.resize(elements.start[e + 1], rest.material_id[t]);
   }
 }
@@ -48,18 +48,6 @@ void connect(const RestBody& rest, const std::vector<Tet>& tets, int node_count,
   const ElementNodes elements = element_nodes(rest, tets, s.with_split);
   s.connectivity = make_connectivity(node_count, elements);
   find_materials(rest, elements, s);
-}
-
-// Row-compressed pattern of a matrix with a block for every edge, both ways.
-void pattern_of(int node_count, std::span<const std::array<int, 2>> edges, std::vector<int>& row_start, std::vector<int>& columns) {
-  row_start.assign(node_count + 1, 0);
-  for (const auto& [i, j] : edges) ++row_start[i + 1], ++row_start[j + 1];
-  for (int i = 0; i < node_count; ++i) row_start[i + 1] += row_start[i];
-  columns.resize(2 * edges.size());
-  std::vector<int> next(row_start.begin(), row_start.end() - 1);
-  // Edges ascend: lower columns of a row come first, as second nodes, then its own.
-  for (const auto& [i, j] : edges) columns[next[j]++] = i;
-  for (const auto& [i, j] : edges) columns[next[i]++] = j;
 }
 
 void rebuild(const RestBody& rest, const std::vector<Tet>& tets, int node_count, StepSystem& s) {
@@ -71,9 +59,7 @@ void rebuild(const RestBody& rest, const std::vector<Tet>& tets, int node_count,
   connect(rest, tets, node_count, s);
   std::visit(
       [&]<class Scalar>(BlockSparseMatrix<Scalar>& A) {
-        std::vector<int> row_start, columns;
-        pattern_of(node_count, s.connectivity.edges, row_start, columns);
-        A = BlockSparseMatrix<Scalar>::from_pattern(std::move(row_start), std::move(columns));
+        A = BlockSparseMatrix<Scalar>::from_edges(node_count, s.connectivity.edges);
         s.edge_blocks.clear();
         for (const auto& [i, j] : s.connectivity.edges) s.edge_blocks.push_back({A.find(i, j), A.find(j, i)});
       },
@@ -126,7 +112,7 @@ void shift_forces(const RestBody& rest, const std::vector<Tet>& tets, const Step
         D += d * elements.core[c].transpose();
         z += o.gamma[c] * d;
       }
-      const Mat3 stress = core_stress(rest.lame_of(o.tets[o.tet_start[k]]), D);
+      const Mat3 stress = core_stress(rest.lame_of(o.first_tet(k)), D);
       for (int c = o.corner_start[k]; c < o.corner_start[k + 1]; ++c)
         elements.force[c] -= stress * elements.core[c] + o.gamma[c] * z;
     }

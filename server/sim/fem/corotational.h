@@ -36,6 +36,12 @@ inline double energy_density(const Lame& lame, const Mat3& strain) {
   return 0.5 * lame.lambda * trace * trace + lame.mu * strain.squaredNorm();
 }
 
+// The same of the stress that the strain has: sigma : eps / 2, eps = (sigma - lambda / (3 lambda + 2 mu) tr(sigma) I) / (2 mu).
+inline double energy_density_of_stress(const Lame& lame, const Mat3& sigma) {
+  const double share = lame.lambda / (3 * lame.lambda + 2 * lame.mu), trace = sigma.trace();
+  return (sigma.squaredNorm() - share * trace * trace) / (4 * lame.mu);
+}
+
 // sqrt(3/2 s : s) with s the deviator of sigma [Pa].
 double von_mises(const Mat3& sigma);
 

@@ -1,6 +1,5 @@
 #include "server/sim/fem/element_quad.h"
 
-#include "server/sim/fem/plasticity.h"
 #include "server/sim/fem/quad_law.h"
 
 namespace crumple::sim::fem {

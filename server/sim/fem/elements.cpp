@@ -18,17 +18,8 @@ namespace {
 
 constexpr int kTetsPerChunk = 256;
 
-// Forces of a clamped tet have a moment without plastic strain as well.
-bool clamped(const RestBody& rest, int t) { return !rest.beta_clamped.empty() && rest.beta_clamped[t] != rest.beta[t]; }
-
 void update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& plastic_strain, Elements& e) {
-  const FemMaterial& material = rest.material_of(t);
-  const Mat3 F = deformation_gradient(x, rest.beta[t]);
-  const Mat3 Q = rotation(F, material.rotation);
-  const Mat3 sigma = isotropic_stress(rest.lame_of(t), element_strain(rest, t, x, Q) - plastic_strain);
-  Mat3 stress = sigma;
-  if (balances_moment(material, plastic_strain) && !clamped(rest, t))
-    stress += moment_balance(symmetric_part(Q.transpose() * F), sigma);
+  const auto [Q, sigma, stress] = tet_law(rest, t, x, plastic_strain);
   // f_i = fill Q sigma n_i / 3 = sqrt(fill V) Q sigma c_i
   const Mat3 P = std::sqrt(rest.fill[t] * rest.volume[t]) * (Q * stress);
   e.Q[t] = Q;
@@ -40,7 +31,38 @@ void update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& pla
   e.force[t].col(0) = -e.force[t].rightCols<3>().rowwise().sum();
 }
 
+void add_tet_stiffness(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                       const std::vector<Mat3>& plastic_strain, Tangent tangent, std::vector<Eigen::Triplet<double>>& entries) {
+  for (int t = 0; t < rest.tet_count(); ++t) {
+    const RestTet tet = rest.tet(t);
+    const Mat34 x_t = gather(x, tets[t]);
+    const Lame& lame = rest.lame_of(t);
+    const Mat3 Q = rotation(deformation_gradient(x_t, tet.beta), rest.material_of(t).rotation);
+    Mat12 K;
+    if (tangent == Tangent::exact) {
+      K = exact_stiffness(tet, lame, x_t, Q, plastic_strain[t]);
+    } else {
+      for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) K.block<3, 3>(3 * a, 3 * b) = stiffness_block(tet, lame, Q, a, b);
+    }
+    for (int p = 0; p < 12; ++p)
+      for (int q = 0; q < 12; ++q)
+        entries.emplace_back(3 * tets[t][p / 3] + p % 3, 3 * tets[t][q / 3] + q % 3, K(p, q));
+  }
+}
+
 }  // namespace
+
+TetLaw tet_law(const RestBody& rest, int t, const Mat34& x, const Mat3& plastic_strain) {
+  const FemMaterial& material = rest.material_of(t);
+  const Mat3 F = deformation_gradient(x, rest.beta[t]);
+  TetLaw law{.Q = rotation(F, material.rotation)};
+  law.stress = law.sigma = isotropic_stress(rest.lame_of(t), element_strain(rest, t, x, law.Q) - plastic_strain);
+  // Forces of a clamped tet have a moment without plastic strain as well.
+  if (balances_moment(material, plastic_strain) && !rest.clamped(t))
+    law.stress += moment_balance(symmetric_part(law.Q.transpose() * F), law.sigma);
+  return law;
+}
 
 bool Elements::is_of(const RestBody& rest) const {
   return static_cast<int>((rest.smoothed() ? octahedra.sigma : sigma).size()) == rest.point_count();
@@ -62,6 +84,10 @@ Mat3 element_stress(const RestBody& rest, const Elements& elements, int t) {
 Mat34 element_normals(const RestBody& rest, const Elements& elements, int t) {
   if (rest.smoothed()) return tet_normals(rest, elements.octahedra, t);
   return 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * elements.core[t];  // undoes the core's factor
+}
+
+Mat3 element_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_strain, int t) {
+  return rest.smoothed() ? tet_plastic_strain(rest, plastic_strain, t) : plastic_strain[t];
 }
 
 void Elements::resize(int tet_count) {
@@ -146,14 +172,9 @@ double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const 
 
 double elastic_energy(const RestBody& rest, const Elements& elements) {
   if (rest.smoothed()) return octahedron_energy(rest, elements.octahedra);
-  // sigma : eps / 2 with eps = (sigma - lambda / (3 lambda + 2 mu) tr(sigma) I) / (2 mu).
   double energy = 0;
-  for (int t = 0; t < rest.tet_count(); ++t) {
-    const auto [lambda, mu] = rest.lame_of(t);
-    const double share = lambda / (3 * lambda + 2 * mu);
-    const double trace = elements.sigma[t].trace();
-    energy += rest.fill[t] * rest.volume[t] * (elements.sigma[t].squaredNorm() - share * trace * trace) / (4 * mu);
-  }
+  for (int t = 0; t < rest.tet_count(); ++t)
+    energy += rest.fill[t] * rest.volume[t] * energy_density_of_stress(rest.lame_of(t), elements.sigma[t]);
   return energy;
 }
 
@@ -172,22 +193,8 @@ Eigen::SparseMatrix<double> tangent_stiffness(const RestBody& rest, const std::v
     OctahedronElements elements;
     update_octahedra(rest, tets, x, plastic_strain, ThreadPool(1), elements);
     add_octahedron_stiffness(rest, tets, x, plastic_strain, tangent == Tangent::exact, elements, entries);
-  }
-  for (int t = 0; t < rest.tet_count() && !rest.smoothed(); ++t) {
-    const RestTet tet = rest.tet(t);
-    const Mat34 x_t = gather(x, tets[t]);
-    const Lame& lame = rest.lame_of(t);
-    const Mat3 Q = rotation(deformation_gradient(x_t, tet.beta), rest.material_of(t).rotation);
-    Mat12 K;
-    if (tangent == Tangent::exact) {
-      K = exact_stiffness(tet, lame, x_t, Q, plastic_strain[t]);
-    } else {
-      for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) K.block<3, 3>(3 * a, 3 * b) = stiffness_block(tet, lame, Q, a, b);
-    }
-    for (int p = 0; p < 12; ++p)
-      for (int q = 0; q < 12; ++q)
-        entries.emplace_back(3 * tets[t][p / 3] + p % 3, 3 * tets[t][q / 3] + q % 3, K(p, q));
+  } else {
+    add_tet_stiffness(rest, tets, x, plastic_strain, tangent, entries);
   }
   const auto size = 3 * static_cast<Eigen::Index>(x.size());
   Eigen::SparseMatrix<double> K(size, size);

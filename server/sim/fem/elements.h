@@ -38,6 +38,16 @@ Mat3 element_stress(const RestBody& rest, const Elements& elements, int t);
 // Q n_i of tet t, times fill [m^2].
 Mat34 element_normals(const RestBody& rest, const Elements& elements, int t);
 
+// eps^P of tet t; of octahedra the mean of its two. plastic_strain: one an element.
+Mat3 element_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_strain, int t);
+
+// What the law makes of tet t by itself, whatever the body's elements are.
+struct TetLaw {
+  Mat3 Q, sigma;  // as in Elements
+  Mat3 stress;    // sigma and what balances the moment of the forces (moment_balance) [Pa]
+};
+TetLaw tet_law(const RestBody& rest, int t, const Mat34& x, const Mat3& plastic_strain);
+
 // Total co-rotated strain eps~ of tet t at rotation Q, plastic part included.
 Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q);
 

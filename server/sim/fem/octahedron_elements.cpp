@@ -1,7 +1,8 @@
 #include "server/sim/fem/octahedron_elements.h"
 
+#include "server/sim/fem/elements.h"
+#include "server/sim/fem/octahedron_quad.h"
 #include "server/sim/fem/plasticity.h"
-#include "server/sim/fem/quad_law.h"
 #include "server/sim/fem/rotation.h"
 
 #include <Eigen/LU>
@@ -15,11 +16,6 @@ namespace crumple::sim::fem {
 namespace {
 
 constexpr int kPerChunk = 128;
-constexpr int kClosedCorners = 6;
-
-bool clamped(const RestBody& rest, int t) { return !rest.beta_clamped.empty() && rest.beta_clamped[t] != rest.beta[t]; }
-
-int first_tet(const SmoothedOctahedra& o, int d) { return o.tets[o.tet_start[d]]; }
 
 // F = sum x_a g_a^T, from differences: sum g_a = 0.
 Mat3 gradient(const SmoothedOctahedra& o, int d, const std::vector<Vec3>& x) {
@@ -38,15 +34,12 @@ Vec3 hourglass(const SmoothedOctahedra& o, int d, const std::vector<Vec3>& x) {
   return z;
 }
 
-// |z|^2 where the ends of a closed octahedron slide by s against those around, so that 2 s / h is kSplitDeviation.
-constexpr double kSplitSlide = kSplitDeviation * kSplitDeviation * 2 * kHourglassShare;  // times V mu
-
 // An octahedron of one tet is that tet, near inversion or not. Of closed ones z says enough of how tets deviate.
 bool must_split(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, const Mat3& F, const Vec3& z, int d) {
   const SmoothedOctahedra& o = rest.octahedra;
   const bool closed = d < o.closed;
-  if (closed && !(z.squaredNorm() <= kSplitSlide * o.volume[d] * rest.lame_of(first_tet(o, d)).mu)) return true;
-  if (o.tet_start[d + 1] - o.tet_start[d] == 1) return clamped(rest, first_tet(o, d));
+  if (closed && !(z.squaredNorm() <= kSplitSlide * o.volume[d] * rest.lame_of(o.first_tet(d)).mu)) return true;
+  if (o.tet_start[d + 1] - o.tet_start[d] == 1) return rest.clamped(o.first_tet(d));
   for (int k = o.tet_start[d]; k < o.tet_start[d + 1]; ++k) {
     const int t = o.tets[k];
     const Mat3 F_t = deformation_gradient(gather(x, tets[t]), rest.beta[t]);
@@ -58,7 +51,7 @@ bool must_split(const RestBody& rest, const std::vector<Tet>& tets, const std::v
 void update_octahedron(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                        const Mat3& plastic_strain, int d, OctahedronElements& e) {
   const SmoothedOctahedra& o = rest.octahedra;
-  const int t = first_tet(o, d), begin = o.corner_start[d], end = o.corner_start[d + 1];
+  const int t = o.first_tet(d), begin = o.corner_start[d], end = o.corner_start[d + 1];
   const FemMaterial& material = rest.material_of(t);
   const Mat3 F = gradient(o, d, x), Q = rotation(F, material.rotation);
   const Mat3 sigma = isotropic_stress(rest.lame_of(t), corotational_strain(Q, F) - plastic_strain);
@@ -79,92 +72,6 @@ void update_octahedron(const RestBody& rest, const std::vector<Tet>& tets, const
     e.core[begin] -= e.core[c];
     e.force[begin] -= e.force[c];
   }
-}
-
-Quad dot(const Quad (&a)[3], const Quad (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-void cross(const Quad (&a)[3], const Quad (&b)[3], Quad (&c)[3]) {
-  for (int i = 0; i < 3; ++i) c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-
-// The same for closed octahedra d .. d + 3, four at once. False, and nothing done, if one needs a path of its own.
-bool update_octahedron_quad(const RestBody& rest, const std::vector<Vec3>& x, const std::vector<Mat3>& plastic_strain, int d,
-                            OctahedronElements& e) {
-  const SmoothedOctahedra& o = rest.octahedra;
-  const int* nodes = &o.nodes[kClosedCorners * d];
-  const double* cores = o.core[kClosedCorners * d].data();
-  Quad r[kClosedCorners - 1][3], c[kClosedCorners - 1][3];  // corners from the first; their cores
-  for (int lane = 0; lane < 4; ++lane) {
-    const Vec3& from = x[nodes[kClosedCorners * lane]];
-    for (int a = 1; a < kClosedCorners; ++a) {
-      const Vec3& at = x[nodes[kClosedCorners * lane + a]];
-      for (int i = 0; i < 3; ++i) {
-        r[a - 1][i][lane] = at[i] - from[i];
-        c[a - 1][i][lane] = cores[3 * (kClosedCorners * lane + a) + i];
-      }
-    }
-  }
-  for (int k = 0; k < 4; ++k) {
-    Quad area[3], rest_volume;
-    cross(r[1 + k], r[1 + (k + 1) % 4], area);
-    for (int lane = 0; lane < 4; ++lane) rest_volume[lane] = rest.volume[o.tets[4 * (d + lane) + k]];
-    if (any(~(dot(r[0], area) >= quad(6 * kSplitVolume) * rest_volume))) return false;
-  }
-
-  Quad volume, mu;
-  QuadLaw law;
-  for (int lane = 0; lane < 4; ++lane) {
-    const int t = first_tet(o, d + lane);
-    law.set_material(lane, rest.material_of(t), rest.lame_of(t), plastic_strain[d + lane]);
-    volume[lane] = o.volume[d + lane];
-    mu[lane] = rest.lame_of(t).mu;
-  }
-  Quad gamma[kClosedCorners - 1], z[3];
-  for (int a = 0; a < kClosedCorners - 1; ++a)
-    for (int lane = 0; lane < 4; ++lane) gamma[a][lane] = o.gamma[kClosedCorners * (d + lane) + a + 1];
-  for (int i = 0; i < 3; ++i) {
-    z[i] = gamma[0] * r[0][i];
-    for (int a = 1; a < kClosedCorners - 1; ++a) z[i] += gamma[a] * r[a][i];
-  }
-  if (any(~(dot(z, z) <= quad(kSplitSlide) * volume * mu))) return false;
-  const Quad root = square_root(volume), to_gradient = quad(-1) / root;
-  QuadMatrix F;
-  for (int j = 0; j < 3; ++j)
-    for (int i = 0; i < 3; ++i) {
-      Quad sum = r[0][i] * c[0][j];
-      for (int a = 1; a < kClosedCorners - 1; ++a) sum += r[a][i] * c[a][j];
-      F(i, j) = to_gradient * sum;
-    }
-  if (!law.update(F, load(plastic_strain, d))) return false;
-  QuadMatrix P = product(law.Q, law.stress);
-  for (Quad& p : P.m) p *= root;
-
-  Quad core_sum[3]{}, force_sum[3]{};
-  double* core = e.core[kClosedCorners * d].data();
-  double* force = e.force[kClosedCorners * d].data();
-  for (int a = 0; a < kClosedCorners - 1; ++a) {
-    for (int i = 0; i < 3; ++i) {
-      const Quad turned = law.Q(i, 0) * c[a][0] + law.Q(i, 1) * c[a][1] + law.Q(i, 2) * c[a][2];
-      const Quad f = P(i, 0) * c[a][0] + P(i, 1) * c[a][1] + P(i, 2) * c[a][2] - gamma[a] * z[i];
-      core_sum[i] -= turned;
-      force_sum[i] -= f;
-      for (int lane = 0; lane < 4; ++lane) {
-        core[3 * (kClosedCorners * lane + a + 1) + i] = turned[lane];
-        force[3 * (kClosedCorners * lane + a + 1) + i] = f[lane];
-      }
-    }
-  }
-  for (int lane = 0; lane < 4; ++lane) {
-    for (int i = 0; i < 3; ++i) {
-      core[3 * kClosedCorners * lane + i] = core_sum[i][lane];
-      force[3 * kClosedCorners * lane + i] = force_sum[i][lane];
-      e.z[d + lane][i] = z[i][lane];
-    }
-    store(law.Q, lane, e.Q[d + lane].data());
-    store(law.sigma, lane, e.sigma[d + lane].data());
-    e.split[d + lane] = 0;
-  }
-  return true;
 }
 
 // The tets of octahedra that are split, by what they give to those.
@@ -188,15 +95,7 @@ void update_split_tets(const RestBody& rest, const std::vector<Tet>& tets, const
   for (int t = 0; t < static_cast<int>(tets.size()); ++t) {
     const double share = 0.5 * (e.split[o.of_tet[2 * t]] + e.split[o.of_tet[2 * t + 1]]);
     if (share == 0) continue;
-    const FemMaterial& material = rest.material_of(t);
-    const Mat3 plastic = tet_plastic_strain(rest, plastic_strain, t);
-    const Mat34 x_t = gather(x, tets[t]);
-    const Mat3 F = deformation_gradient(x_t, rest.beta[t]), Q = rotation(F, material.rotation);
-    const Mat3 strain = clamped(rest, t) ? corotational_strain(rest.tet(t), x_t, Q) : corotational_strain(Q, F);
-    const Mat3 sigma = isotropic_stress(rest.lame_of(t), strain - plastic);
-    Mat3 stress = sigma;
-    if (balances_moment(material, plastic) && !clamped(rest, t))
-      stress += moment_balance(symmetric_part(Q.transpose() * F), sigma);
+    const auto [Q, sigma, stress] = tet_law(rest, t, gather(x, tets[t]), tet_plastic_strain(rest, plastic_strain, t));
     const Mat3 P = share * std::sqrt(rest.fill[t] * rest.volume[t]) * (Q * stress);
     e.tet_share[t] = share;
     e.tet_Q[t] = Q;
@@ -210,11 +109,11 @@ void update_split_tets(const RestBody& rest, const std::vector<Tet>& tets, const
 
 // Co-rotated strain of octahedron d, plastic part included. Cores of a clamped tet, which stays alone, are of its clamped basis.
 Mat3 strain_of(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, int d) {
-  const int t = first_tet(rest.octahedra, d);
+  const int t = rest.octahedra.first_tet(d);
   const RotationRule rule = rest.material_of(t).rotation;
-  if (clamped(rest, t)) {
+  if (rest.clamped(t)) {
     const Mat34 x_t = gather(x, tets[t]);
-    return corotational_strain(rest.tet(t), x_t, rotation(deformation_gradient(x_t, rest.beta[t]), rule));
+    return element_strain(rest, t, x_t, rotation(deformation_gradient(x_t, rest.beta[t]), rule));
   }
   const Mat3 F = gradient(rest.octahedra, d, x);
   return corotational_strain(rotation(F, rule), F);
@@ -229,12 +128,6 @@ void resize(const SmoothedOctahedra& o, OctahedronElements& e) {
     e.core.resize(o.nodes.size());
     e.force.resize(o.nodes.size());
   }
-}
-
-// sigma : eps / 2 with eps = (sigma - lambda / (3 lambda + 2 mu) tr(sigma) I) / (2 mu).
-double density_of(const Lame& lame, const Mat3& sigma) {
-  const double share = lame.lambda / (3 * lame.lambda + 2 * lame.mu), trace = sigma.trace();
-  return (sigma.squaredNorm() - share * trace * trace) / (4 * lame.mu);
 }
 
 }  // namespace
@@ -263,7 +156,7 @@ void flow_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const st
   const SmoothedOctahedra& o = rest.octahedra;
   const auto body = [&](int begin, int end) {
     for (int d = begin; d < end; ++d) {
-      const int t = first_tet(o, d);
+      const int t = o.first_tet(d);
       const FemMaterial& m = rest.material_of(t);
       flow(m.flow, strain_of(rest, tets, x, d), m.yield, creep[rest.heterogeneous() ? rest.material_id[t] : 0], m.max_plastic,
            plastic_strain[d]);
@@ -301,10 +194,10 @@ double octahedron_energy(const RestBody& rest, const OctahedronElements& e) {
   double energy = 0;
   for (int d = 0; d < o.count(); ++d) {
     energy += 0.5 * e.z[d].squaredNorm();
-    if (!e.split[d]) energy += o.volume[d] * density_of(rest.lame_of(first_tet(o, d)), e.sigma[d]);
+    if (!e.split[d]) energy += o.volume[d] * energy_density_of_stress(rest.lame_of(o.first_tet(d)), e.sigma[d]);
   }
   for (int t = 0; e.any_split && t < rest.tet_count(); ++t) {
-    if (e.tet_share[t] > 0) energy += e.tet_share[t] * rest.fill[t] * rest.volume[t] * density_of(rest.lame_of(t), e.tet_sigma[t]);
+    if (e.tet_share[t] > 0) energy += e.tet_share[t] * rest.fill[t] * rest.volume[t] * energy_density_of_stress(rest.lame_of(t), e.tet_sigma[t]);
   }
   return energy;
 }
@@ -326,7 +219,7 @@ void add_octahedron_stiffness(const RestBody& rest, const std::vector<Tet>& tets
       for (int q = 0; q < 3; ++q) entries.emplace_back(3 * i + p, 3 * j + q, block(p, q));
   };
   for (int d = 0; d < o.count(); ++d) {
-    const Lame& lame = rest.lame_of(first_tet(o, d));
+    const Lame& lame = rest.lame_of(o.first_tet(d));
     Mat9 A;
     if (exact) A = first_piola_derivative(lame, e.Q[d], gradient(o, d, x), plastic_strain[d]);
     for (int a = o.corner_start[d]; a < o.corner_start[d + 1]; ++a) {

@@ -106,7 +106,7 @@ Vec3 RestBody::normal(int t, int i) const { return std::sqrt(9 * volume[t] / fil
 RestTet RestBody::tet(int t) const {
   RestTet tet;
   tet.beta = beta[t];
-  tet.clamped = !beta_clamped.empty() && beta_clamped[t] != beta[t];
+  tet.clamped = clamped(t);
   tet.beta_clamped = tet.clamped ? beta_clamped[t] : beta[t];
   if (tet.clamped) tet.rest_gradient = rest_gradient[t];
   tet.normals = std::sqrt(9 * volume[t] / fill[t]) * core[t];

@@ -62,6 +62,7 @@ struct RestBody {
   const Lame& lame_of(int t) const {
     return !heterogeneous() || material_id[t] == 0 ? lame : others[material_id[t] - 1].lame;
   }
+  bool clamped(int t) const { return !beta_clamped.empty() && beta_clamped[t] != beta[t]; }
   bool yields() const;     // any of its materials
   bool breakable() const;  // any of its materials
   double tet_mass(int t) const { return material_of(t).density * fill[t] * volume[t]; }  // [kg]

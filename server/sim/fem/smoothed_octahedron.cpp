@@ -50,10 +50,8 @@ std::array<int, 2> around(const Tet& tet, const std::array<int, 2>& edge) {
   return {tet[at[2]], tet[at[3]]};
 }
 
-bool stays_alone(const RestBody& rest, int t) { return !rest.beta_clamped.empty() && rest.beta_clamped[t] != rest.beta[t]; }
-
 bool may_join(const RestBody& rest, int s, int t) {
-  return !stays_alone(rest, s) && !stays_alone(rest, t) && (!rest.heterogeneous() || rest.material_id[s] == rest.material_id[t]);
+  return !rest.clamped(s) && !rest.clamped(t) && (!rest.heterogeneous() || rest.material_id[s] == rest.material_id[t]);
 }
 
 // Puts the slots of a group in order around the edge if they close, and says whether they do; lists the corners.
@@ -211,6 +209,13 @@ std::vector<int> regroup(const std::vector<Tet>& tets, RestBody& rest) {
   std::vector<int> before(o.count());
   for (std::size_t slot = 0; slot < of_tet.size(); ++slot) before[o.of_tet[slot]] = of_tet[slot];
   return before;
+}
+
+std::vector<Mat3> inherited(const std::vector<Mat3>& plastic_strain, const std::vector<int>& before) {
+  std::vector<Mat3> of_parts;
+  of_parts.reserve(before.size());
+  for (const int d : before) of_parts.push_back(plastic_strain[d]);
+  return of_parts;
 }
 
 }  // namespace crumple::sim::fem

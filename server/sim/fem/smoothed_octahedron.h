@@ -37,6 +37,8 @@ inline constexpr double kHourglassShare = 0.05;
 // on either lattice all find their shape again; without the second bound four stay folded.)
 inline constexpr double kSplitVolume = 0.2;
 inline constexpr double kSplitDeviation = 0.3;
+// |z|^2, times V mu, where the ends of a closed octahedron slide by s so that tets deviate by 2 s / h = kSplitDeviation.
+inline constexpr double kSplitSlide = kSplitDeviation * kSplitDeviation * 2 * kHourglassShare;
 
 // Constant data, but for regroup(). Empty: the body's elements are its tets.
 struct SmoothedOctahedra {
@@ -55,6 +57,7 @@ struct SmoothedOctahedra {
   std::vector<double> gamma;          // [sqrt(N/m)]
 
   int count() const { return static_cast<int>(volume.size()); }
+  int first_tet(int d) const { return tets[tet_start[d]]; }  // all of one material
   bool empty() const { return volume.empty(); }
 };
 
@@ -67,5 +70,7 @@ void make_octahedra(const std::vector<Tet>& tets, RestBody& rest);
 // Groups anew after splits or after tets left, which only ever parts octahedra. Returns for each the one that it was part
 // of before, to hand plastic strain on. rest.octahedra.pairing and of_tet must be those of `tets` (keep_tets).
 std::vector<int> regroup(const std::vector<Tet>& tets, RestBody& rest);
+// Plastic strain of the octahedra after that, from what it was of those before.
+std::vector<Mat3> inherited(const std::vector<Mat3>& plastic_strain, const std::vector<int>& before);
 
 }  // namespace crumple::sim::fem

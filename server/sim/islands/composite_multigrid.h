@@ -20,9 +20,9 @@ struct MultigridPart {
 
 // Preconditioner of a composite island: one V-cycle over the coarse levels of its bodies, contact rows and rigid bodies
 // on every level. Symmetric and positive definite: smoothed before and after by the same Chebyshev polynomial in the block
-// diagonal. The polynomial's interval is a constant. On the finest level that is proved to be enough: a matrix assembled from
-// elements of k nodes has no eigenvalue above k of its block diagonal's, and contact rows enter the diagonal by a bound of
-// their own. On coarse levels, whose "elements" touch more points, it is what meshes were measured to stay below (tested).
+// diagonal. The polynomial's interval is a constant of what the bodies are made of (StepSystem::spectral_bound). On the finest
+// level that is proved to be enough for tets: a matrix assembled from elements of k nodes has no eigenvalue above k of its block
+// diagonal's, and contact rows enter the diagonal by a bound of their own. On coarse levels, whose "elements" touch more points, it is what meshes were measured to stay below (tested).
 // Single precision inside; bits do not depend on the number of threads.
 class CompositeMultigrid {
  public:

@@ -32,36 +32,17 @@ inline Lanes load(const float* p) {
 #endif
 }
 
-// For each node the nodes it shares a tet with, ascending, itself left out.
-std::vector<int> neighbours(int node_count, const std::vector<Tet>& tets, std::vector<int>& row_start) {
-  std::vector<int> start(node_count + 1, 0);
-  for (const Tet& tet : tets)
-    for (int i : tet) start[i + 1] += 3;
-  for (int i = 0; i < node_count; ++i) start[i + 1] += start[i];
-  std::vector<int> fill(start.begin(), start.end() - 1), pairs(start[node_count]);
-  for (const Tet& tet : tets)
-    for (int i : tet)
-      for (int j : tet)
-        if (i != j) pairs[fill[i]++] = j;
-
-  row_start.assign(node_count + 1, 0);
-  std::vector<int> columns;
-  columns.reserve(pairs.size() / 2);
-  for (int i = 0; i < node_count; ++i) {
-    const auto begin = pairs.begin() + start[i], end = pairs.begin() + start[i + 1];
-    std::sort(begin, end);
-    columns.insert(columns.end(), begin, std::unique(begin, end));
-    row_start[i + 1] = static_cast<int>(columns.size());
-  }
-  return columns;
-}
-
 }  // namespace
 
 template <class Scalar>
-BlockSparseMatrix<Scalar> BlockSparseMatrix<Scalar>::from_tets(int node_count, const std::vector<Tet>& tets) {
-  std::vector<int> row_start;
-  std::vector<int> columns = neighbours(node_count, tets, row_start);
+BlockSparseMatrix<Scalar> BlockSparseMatrix<Scalar>::from_edges(int node_count, std::span<const std::array<int, 2>> edges) {
+  std::vector<int> row_start(node_count + 1, 0), columns(2 * edges.size());
+  for (const auto& [i, j] : edges) ++row_start[i + 1], ++row_start[j + 1];
+  for (int i = 0; i < node_count; ++i) row_start[i + 1] += row_start[i];
+  std::vector<int> next(row_start.begin(), row_start.end() - 1);
+  // Edges ascend: a row's lower columns come first, from edges that it is second in, then its upper ones.
+  for (const auto& [i, j] : edges) columns[next[j]++] = i;
+  for (const auto& [i, j] : edges) columns[next[i]++] = j;
   return from_pattern(std::move(row_start), std::move(columns));
 }
 

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -24,9 +25,9 @@ class BlockSparseMatrix {
 
   BlockSparseMatrix() = default;
 
-  // The pattern of a mesh: a block for every pair of nodes that share a tet, all zero. Nodes without a tet keep their
-  // diagonal block. Ids must be in [0, node_count).
-  static BlockSparseMatrix from_tets(int node_count, const std::vector<Tet>& tets);
+  // The pattern of a mesh: a block for every edge both ways, all zero. Nodes without an edge keep their diagonal block.
+  // edges: pairs of nodes in [0, node_count), first < second, ascending, none twice.
+  static BlockSparseMatrix from_edges(int node_count, std::span<const std::array<int, 2>> edges);
   // A given symmetric pattern, all zero. columns: ascending in a row, no diagonal.
   static BlockSparseMatrix from_pattern(std::vector<int> row_start, std::vector<int> columns);
 

@@ -183,7 +183,7 @@ TEST(SmoothedOctahedron, AssembledSystemIsEquationFive) {
   }
 }
 
-// A body of two regions with the same numbers is that of one.
+// Damping proportional to stiffness off in both: A = M + dt C + dt^2 K, K the sum of each material's.
 TEST(SmoothedOctahedron, OfTwoMaterialsTheMatrixIsTheSumOfEach) {
   const TetMesh mesh = meshes().front();
   MaterialRegion region;
@@ -193,16 +193,15 @@ TEST(SmoothedOctahedron, OfTwoMaterialsTheMatrixIsTheSumOfEach) {
   region.material.young = 5e6;
   const Shaken s(mesh, std::span(&region, 1));
   const Eigen::MatrixXd K = tangent_stiffness(s.rest, s.mesh.tets, s.state.x, s.state.plastic_strain, Tangent::fixed_rotation);
-  // d A / d stiffness: two steps' matrices, without damping proportional to stiffness in either.
   RestBody undamped = s.rest;
   for (int k = 0; k < 2; ++k) undamped.material_at(k).damping_stiffness = 0;
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(3 * mesh.node_count());
-  StepSystem one, two;
-  assemble(undamped, s.mesh.tets, s.state, none, 0.01, {}, kOne, one);
+  StepSystem system;
+  assemble(undamped, s.mesh.tets, s.state, none, 0.01, {}, kOne, system);
   Eigen::MatrixXd A = 1e-4 * K;
   for (int i = 0; i < mesh.node_count(); ++i)
     A.diagonal().segment<3>(3 * i).array() += s.rest.node_mass[i] + 0.01 * s.rest.node_drag[i];
-  EXPECT_LT((one.to_sparse().toDense() - A).norm(), 1e-12 * A.norm());
+  EXPECT_LT((system.to_sparse().toDense() - A).norm(), 1e-12 * A.norm());
   // Octahedra do not reach from one material into the other.
   const SmoothedOctahedra& o = s.rest.octahedra;
   for (int d = 0; d < o.count(); ++d)

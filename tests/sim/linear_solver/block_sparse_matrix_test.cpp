@@ -1,4 +1,5 @@
 #include "server/sim/linear_solver/block_sparse_matrix.h"
+#include "tests/sim/linear_solver/tet_edges.h"
 
 #include <gtest/gtest.h>
 
@@ -27,7 +28,7 @@ void fill_random(BlockSparseMatrix<Scalar>& A) {
 }
 
 TEST(BlockSparseMatrix, PatternHasABlockForEveryPairOfNodesOfATet) {
-  const auto A = BlockSparseMatrix<double>::from_tets(6, kTwoTets);
+  const auto A = BlockSparseMatrix<double>::from_edges(6, edges_of(kTwoTets));
   EXPECT_EQ(A.rows(), 6);
   EXPECT_EQ(A.block_count(), 18);  // 9 edges, both ways
   EXPECT_GE(A.find(1, 4), 0);
@@ -37,7 +38,7 @@ TEST(BlockSparseMatrix, PatternHasABlockForEveryPairOfNodesOfATet) {
 }
 
 TEST(BlockSparseMatrix, ProductEqualsThatOfTheMatrixEntryByEntry) {
-  auto A = BlockSparseMatrix<double>::from_tets(6, kTwoTets);
+  auto A = BlockSparseMatrix<double>::from_edges(6, edges_of(kTwoTets));
   fill_random(A);
   const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(18, -1, 2.5);
   Eigen::VectorXd y(18);
@@ -48,8 +49,8 @@ TEST(BlockSparseMatrix, ProductEqualsThatOfTheMatrixEntryByEntry) {
 }
 
 TEST(BlockSparseMatrix, FloatBlocksCostFloatRoundingOnly) {
-  auto A64 = BlockSparseMatrix<double>::from_tets(203, strip(200));
-  auto A32 = BlockSparseMatrix<float>::from_tets(203, strip(200));
+  auto A64 = BlockSparseMatrix<double>::from_edges(203, edges_of(strip(200)));
+  auto A32 = BlockSparseMatrix<float>::from_edges(203, edges_of(strip(200)));
   fill_random(A64);
   fill_random(A32);
   const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(609, -1, 2.5);
@@ -61,7 +62,7 @@ TEST(BlockSparseMatrix, FloatBlocksCostFloatRoundingOnly) {
 }
 
 TEST(BlockSparseMatrix, ProductHasTheSameBitsForOneAndTwoThreads) {
-  auto A = BlockSparseMatrix<float>::from_tets(3003, strip(3000));
+  auto A = BlockSparseMatrix<float>::from_edges(3003, edges_of(strip(3000)));
   fill_random(A);
   const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(9009, -1, 2.5);
   Eigen::VectorXd one(9009), two(9009);
@@ -71,7 +72,7 @@ TEST(BlockSparseMatrix, ProductHasTheSameBitsForOneAndTwoThreads) {
 }
 
 TEST(BlockSparseMatrix, MultipliesSegmentsOfALongerVector) {
-  auto A = BlockSparseMatrix<double>::from_tets(6, kTwoTets);
+  auto A = BlockSparseMatrix<double>::from_edges(6, edges_of(kTwoTets));
   fill_random(A);
   const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(30, -1, 2.5);
   Eigen::VectorXd y = Eigen::VectorXd::Constant(30, 9.0);

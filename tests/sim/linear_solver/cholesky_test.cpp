@@ -1,4 +1,5 @@
 #include "server/sim/linear_solver/cholesky.h"
+#include "tests/sim/linear_solver/tet_edges.h"
 
 #include <gtest/gtest.h>
 
@@ -54,7 +55,7 @@ TEST(Cholesky, SingularOrNotFiniteMatrixIsReported) {
 }
 
 TEST(Cholesky, TakesBlockMatrices) {
-  auto A = BlockSparseMatrix<float>::from_tets(4, {{0, 1, 2, 3}});
+  auto A = BlockSparseMatrix<float>::from_edges(4, edges_of({{0, 1, 2, 3}}));
   for (int k = 0; k < A.block_count(); ++k) A.set_block(k, -Mat3::Identity());
   for (Mat3& D : A.diagonal()) D = 4 * Mat3::Identity();  // eigenvalues 1, 5, 5, 5 per axis
   Cholesky direct;

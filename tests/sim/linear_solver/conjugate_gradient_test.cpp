@@ -2,6 +2,7 @@
 #include "server/sim/linear_solver/block_sparse_matrix.h"
 #include "server/sim/linear_solver/cholesky.h"
 #include "server/sim/linear_solver/conjugate_gradient.h"
+#include "tests/sim/linear_solver/tet_edges.h"
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
@@ -28,7 +29,7 @@ Eigen::VectorXd chain_solution(int n) {
 BlockSparseMatrix<double> spring_strip(int tet_count) {
   std::vector<Tet> tets;
   for (int t = 0; t < tet_count; ++t) tets.push_back({t, t + 1, t + 2, t + 3});
-  auto A = BlockSparseMatrix<double>::from_tets(tet_count + 3, tets);
+  auto A = BlockSparseMatrix<double>::from_edges(tet_count + 3, edges_of(tets));
   for (int i = 0; i < A.rows(); ++i) A.diagonal()[i] += (0.01 + 1e-3 * (i % 7)) * Mat3::Identity();
   for (int i = 0; i < A.rows(); ++i)
     for (int k = A.row_start()[i]; k < A.row_start()[i + 1]; ++k) {

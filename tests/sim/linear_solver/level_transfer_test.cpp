@@ -3,6 +3,7 @@
 #include "server/sim/linear_solver/galerkin_product.h"
 #include "server/sim/linear_solver/multigrid_hierarchy.h"
 #include "tests/support/kuhn_lattice.h"
+#include "tests/sim/linear_solver/tet_edges.h"
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
@@ -15,7 +16,7 @@ namespace {
 const ThreadPool kOne(1), kTwo(2);
 
 BlockSparseMatrix<double> random_matrix(const TetMesh& mesh) {
-  auto A = BlockSparseMatrix<double>::from_tets(mesh.node_count(), mesh.tets);
+  auto A = BlockSparseMatrix<double>::from_edges(mesh.node_count(), edges_of(mesh.tets));
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int i = 0; i < A.rows(); ++i) {
