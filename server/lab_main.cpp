@@ -228,12 +228,14 @@ int main(int argc, char** argv) {
   });
 
   TrajectoryCommand trajectory;
-  std::string preview_file, preview_out = "preview";
+  lab::PreviewFiles preview;
+  std::string preview_out = "preview";
   auto* v = app.add_subcommand("preview", "panels of a material pushed, bent and struck: a picture and a scene");
-  v->add_option("material", preview_file, "JSON file of a FemMaterial, as in deploy/materials")->required();
+  v->add_option("material", preview.material, "JSON file of a FemMaterial, as in deploy/materials")->required();
+  v->add_option("--splinters", preview.splinters, "JSON file of Splinters, as in deploy/splinters; default: none");
   v->add_option("--out", preview_out, "folder for preview.svg and preview.json")->capture_default_str();
   v->callback([&] {
-    auto result = lab::preview_material(preview_file, preview_out);
+    auto result = lab::preview_material(preview, preview_out);
     exit_code = result ? print(*result) : fail(result.error());
   });
 

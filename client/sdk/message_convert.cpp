@@ -104,6 +104,8 @@ WorldEvent from_message(const v1::Event& message) {
   event.fragments = message.fragments();
   event.epoch = message.epoch();
   event.message = message.message();
+  const auto& p = message.particles();
+  for (int i = 0; i + 6 <= p.size(); i += 6) event.particles.push_back({{p[i], p[i + 1], p[i + 2]}, {p[i + 3], p[i + 4], p[i + 5]}});
   return event;
 }
 
@@ -120,6 +122,9 @@ v1::Event to_message(const WorldEvent& event) {
   message.set_fragments(event.fragments);
   message.set_epoch(event.epoch);
   message.set_message(event.message);
+  for (const DustParticle& grain : event.particles) {
+    for (const Vec3f& v : {grain.position, grain.velocity}) message.mutable_particles()->Add(v.begin(), v.end());
+  }
   return message;
 }
 

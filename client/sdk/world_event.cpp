@@ -11,6 +11,7 @@ std::string to_string(EventKind kind) {
     case EventKind::solver: return "solver";
     case EventKind::frozen: return "frozen";
     case EventKind::guard: return "guard";
+    case EventKind::dust: return "dust";
   }
   return "unknown";
 }

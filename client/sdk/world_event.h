@@ -1,9 +1,10 @@
 #pragma once
 
-#include "common/types.h"
+#include "common/dust_particle.h"
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace crumple::client {
 
@@ -16,6 +17,7 @@ enum class EventKind : std::uint8_t {
   solver,        // a solve ended at its cap with the relative residual `magnitude`
   frozen,        // a body's state became non-finite, or its energy grew for ever; it is held where it last was
   guard,         // a body is stepped more carefully, or normally again: `magnitude` is what was found
+  dust,          // `count` grains leave the new surfaces of a finite-element body: `particles`
 };
 
 // What happened in a world. Ordered, numbered without gaps.
@@ -31,6 +33,7 @@ struct WorldEvent {
   int fragments = 0;
   std::uint32_t epoch = 0;
   std::string message;         // one sentence for a log
+  std::vector<DustParticle> particles;
 };
 
 std::string to_string(EventKind kind);

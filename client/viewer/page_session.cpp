@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chrono>
+#include <cmath>
 
 namespace crumple::viewer {
 namespace {
@@ -136,7 +137,16 @@ bool PageSession::watch_world(WorldId world) {
       send(true, frame->payload);
       wait_for_credit();
     } else if (const auto* event = std::get_if<client::WorldEvent>(&**update)) {
-      const nlohmann::json json{{"type", "event"}, {"kind", client::to_string(event->kind)}, {"message", event->message}};
+      nlohmann::json json{{"type", "event"}, {"kind", client::to_string(event->kind)}, {"message", event->message}};
+      if (!event->particles.empty()) {
+        json["body"] = event->body;
+        json["time"] = event->time;
+        for (const DustParticle& grain : event->particles) {
+          for (const Vec3f& v : {grain.position, grain.velocity}) {
+            for (const float number : v) json["particles"].push_back(std::isfinite(number) ? number : 0);
+          }
+        }
+      }
       send(false, std::make_shared<std::string>(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)));
     }
   }

@@ -12,6 +12,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
 namespace crumple::lab {
@@ -45,10 +46,17 @@ v1::NodeMotion& hold(v1::FemBody& panel, std::initializer_list<const char*> face
   return motion;
 }
 
-v1::FemBody& add_panel(v1::Scene& scene, int index, const v1::FemMaterial& material) {
+// A panel as the files say.
+struct Stuff {
+  v1::FemMaterial material;
+  std::optional<v1::Splinters> splinters;
+};
+
+v1::FemBody& add_panel(v1::Scene& scene, int index, const Stuff& stuff) {
   v1::Body& body = add_body(scene, kNames[index], kApart * (index - 1), kHeight, {0.45f, 0.55f, 0.65f});
   v1::FemBody& panel = *body.mutable_fem();
-  *panel.mutable_material() = material;
+  *panel.mutable_material() = stuff.material;
+  if (stuff.splinters) *panel.mutable_splinters() = *stuff.splinters;
   auto& box = *panel.mutable_mesh()->mutable_box();
   set(box.mutable_size(), kSize, kThickness, kSize);
   box.mutable_cells()->set_x(12);
@@ -63,7 +71,7 @@ v1::RigidBody& add_ball(v1::Scene& scene, const std::string& name, double x, dou
   return *body.mutable_rigid();
 }
 
-v1::Scene scene_of(const v1::FemMaterial& material, const std::string& name) {
+v1::Scene scene_of(const Stuff& stuff, const std::string& name) {
   v1::Scene scene;
   scene.set_name(name);
   scene.set_dt(kDt);
@@ -71,7 +79,7 @@ v1::Scene scene_of(const v1::FemMaterial& material, const std::string& name) {
   ground.mutable_rigid()->set_kind(v1::RigidBody::FIXED);
   ground.mutable_rigid()->add_shapes()->mutable_plane();
 
-  hold(add_panel(scene, 0, material), {"x_min", "x_max"});
+  hold(add_panel(scene, 0, stuff), {"x_min", "x_max"});
   const double radius = 0.2, above = kHeight + kThickness / 2 + radius + 0.01;
   v1::RigidBody& press = add_ball(scene, "press", -kApart, above, radius);
   press.set_kind(v1::RigidBody::KINEMATIC);
@@ -81,7 +89,7 @@ v1::Scene scene_of(const v1::FemMaterial& material, const std::string& name) {
     set(key.mutable_pose()->mutable_position(), -kApart, y, 0);
   }
 
-  v1::FemBody& bent = add_panel(scene, 1, material);
+  v1::FemBody& bent = add_panel(scene, 1, stuff);
   hold(bent, {"x_min"});
   v1::NodeMotion& edge = hold(bent, {"x_max"});
   for (int k = 0; k <= 20; ++k) {
@@ -97,24 +105,25 @@ v1::Scene scene_of(const v1::FemMaterial& material, const std::string& name) {
     set(key.mutable_pose()->mutable_position(), -kSize / 2 + x - kSize / 2 * std::cos(angle), y - kSize / 2 * std::sin(angle), 0);
   }
 
-  hold(add_panel(scene, 2, material), {"x_min", "x_max"});
+  hold(add_panel(scene, 2, stuff), {"x_min", "x_max"});
   v1::RigidBody& ball = add_ball(scene, "ball", kApart, kHeight + kThickness / 2 + 0.16, 0.15);
   ball.set_mass(100);
   set(scene.mutable_bodies(scene.bodies_size() - 1)->mutable_velocity(), 0, -20, 0);
   return scene;
 }
 
-Result<v1::FemMaterial> read_material(const std::filesystem::path& file) {
+template <class Message>
+Result<Message> read_message(const std::filesystem::path& file, const std::string& field) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream content;
   if (!in || !(content << in.rdbuf())) {
-    return std::unexpected(Error{ErrorCode::invalid_argument, "material", text("is ", file.string(), ", must be a file that can be read")});
+    return std::unexpected(Error{ErrorCode::invalid_argument, field, text("is ", file.string(), ", must be a file that can be read")});
   }
-  v1::FemMaterial material;
-  if (auto read = io::parse_json(content.str(), material); !read) {
+  Message message;
+  if (auto read = io::parse_json(content.str(), message); !read) {
     return std::unexpected(io::with_line(read.error(), content.str(), file.filename().string()));
   }
-  return material;
+  return message;
 }
 
 std::string caption(int x, int y, const std::string& words) {
@@ -147,14 +156,20 @@ std::string row_of(const sim::World& world, int y) {
 
 }  // namespace
 
-Result<std::string> preview_scene(const std::filesystem::path& file) {
-  const auto material = read_material(file);
+Result<std::string> preview_scene(const PreviewFiles& files) {
+  const auto material = read_message<v1::FemMaterial>(files.material, "material");
   if (!material) return std::unexpected(material.error());
-  return io::print_json(scene_of(*material, text("preview of ", file.stem().string())));
+  Stuff stuff{*material, {}};
+  if (!files.splinters.empty()) {
+    const auto splinters = read_message<v1::Splinters>(files.splinters, "splinters");
+    if (!splinters) return std::unexpected(splinters.error());
+    stuff.splinters = *splinters;
+  }
+  return io::print_json(scene_of(stuff, text("preview of ", files.material.stem().string())));
 }
 
-Result<nlohmann::json> preview_material(const std::filesystem::path& file, const std::filesystem::path& folder) {
-  const auto json = preview_scene(file);
+Result<nlohmann::json> preview_material(const PreviewFiles& files, const std::filesystem::path& folder) {
+  const auto json = preview_scene(files);
   if (!json) return std::unexpected(json.error());
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);

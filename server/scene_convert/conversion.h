@@ -2,6 +2,7 @@
 
 #include "server/scene_convert/mesh_source.h"
 #include "server/sim/limits.h"
+#include "server/sim/mesh/splinters.h"
 
 #include <map>
 #include <memory>
@@ -18,6 +19,7 @@ struct Conversion {
 
   // Sources that are equal are made once and shared, by the bytes of their message.
   std::map<std::string, std::shared_ptr<const sim::SurfaceMesh>> surfaces;
+  std::map<std::string, std::shared_ptr<const sim::SplinterMesh>> splinter_meshes;
   std::map<std::string, std::shared_ptr<const sim::TetMesh>> tet_meshes;
   std::map<std::string, std::shared_ptr<const sim::example_based::ExampleSet>> example_sets;
 

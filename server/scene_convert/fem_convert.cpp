@@ -2,6 +2,7 @@
 
 #include "server/scene_convert/motion_convert.h"
 #include "server/scene_convert/region_convert.h"
+#include "server/scene_convert/splinter_convert.h"
 #include "server/scene_convert/surface_convert.h"
 #include "server/scene_convert/tet_convert.h"
 
@@ -64,6 +65,7 @@ sim::fem::FemMaterial to_material(const v1::FemMaterial& message, const std::str
   if (message.has_raw_toughness()) m.raw_toughness = message.raw_toughness();
   if (message.has_fracture_interval()) m.fracture_interval = message.fracture_interval();
   if (message.has_max_splits_per_step()) m.max_splits_per_step = message.max_splits_per_step();
+  if (message.has_dust()) m.dust = message.dust();
   if (message.has_friction()) m.friction = message.friction();
   if (message.has_cg_tolerance()) m.cg_tolerance = message.cg_tolerance();
   if (message.has_cg_max_iterations()) m.cg_max_iterations = message.cg_max_iterations();
@@ -85,6 +87,7 @@ sim::FemModel to_fem(const v1::FemBody& message, const std::string& field, Conve
         {to_nodes(motion.nodes(), *model.mesh, path + ".nodes", c), to_keys(motion.keys(), path + ".keys", c)});
   }
   if (message.has_render()) model.render = to_shared_surface(message.render(), field + ".render", c);
+  if (c.breach.ok() && message.has_splinters()) model.splinters = to_shared_splinters(message, *model.mesh, model.render.get(), field, c);
   return model;
 }
 

@@ -1,8 +1,9 @@
 #pragma once
 
-#include "common/types.h"
+#include "common/dust_particle.h"
 
 #include <string>
+#include <vector>
 
 // What happened in a world that a client must not miss. Events are ordered and numbered, never dropped, never merged.
 namespace crumple::sim {
@@ -15,6 +16,7 @@ enum class EventKind : std::uint8_t {
   solver,      // a solve ended at its cap: `magnitude` is the residual
   frozen,      // a body's state became non-finite, or its energy grew for ever; it is held where it last was
   guard,       // an island is stepped more carefully, or normally again: `magnitude` is what was found
+  dust,        // `count` grains leave the new surfaces of a finite-element body: `particles`
 };
 
 const char* name(EventKind kind);  // as spelled above
@@ -31,6 +33,7 @@ struct Event {
   int fragments = 0;
   std::uint32_t epoch = 0;
   std::string message;         // one sentence for a log
+  std::vector<DustParticle> particles;
 };
 
 }  // namespace crumple::sim

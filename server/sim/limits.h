@@ -60,6 +60,7 @@ inline constexpr Range kDampingStiffness{0, 10};        // [s]
 inline constexpr Range kYield{0, kInfinity};            // [-]
 inline constexpr Range kMaxPlastic{0, 10};              // [-]
 inline constexpr Range kToughness{0, kInfinity, true};  // [Pa] or [N]
+inline constexpr Range kDust{0, 1e6};                   // [1/m^2]
 inline constexpr Range kRigidFragments{0, 1e6};         // [tets]
 inline constexpr Range kCount{1, 1e6};                  // fracture_interval, max_splits_per_step
 inline constexpr Range kTolerance{1e-14, 0.5};          // [-]

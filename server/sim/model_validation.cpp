@@ -35,6 +35,8 @@ void check_mesh(FirstBreach& breach, const Mesh& mesh, const std::string& field)
   breach.take(validate(mesh, field));
   if constexpr (std::is_same_v<Mesh, TetMesh>)
     check_points(breach, mesh.X, field + ".X");
+  else if constexpr (std::is_same_v<Mesh, SplinterMesh>)
+    check_points(breach, mesh.surface.vertices, field + ".surface.vertices");
   else
     check_points(breach, mesh.vertices, field + ".vertices");
 }
@@ -117,6 +119,7 @@ void check_material(FirstBreach& breach, const fem::FemMaterial& m, const std::s
   breach.number(m.toughness, limits::kToughness, field + ".toughness");
   breach.number(m.fracture_interval, limits::kCount, field + ".fracture_interval");
   breach.number(m.max_splits_per_step, limits::kCount, field + ".max_splits_per_step");
+  breach.number(m.dust, limits::kDust, field + ".dust");
   breach.number(m.friction, limits::kFriction, field + ".friction");
   breach.number(m.cg_tolerance, limits::kTolerance, field + ".cg_tolerance");
   breach.number(m.cg_max_iterations, limits::kIterations, field + ".cg_max_iterations");
@@ -186,6 +189,7 @@ Result<void> validate(const FemModel& model, const std::string& field, SeenAsset
   breach.number(model.clamp_limit, limits::kClampLimit, field + ".clamp_limit");
   breach.number(model.rigid_fragments, limits::kRigidFragments, field + ".rigid_fragments");
   check_shared(breach, model.render, field + ".render", seen);
+  check_shared(breach, model.splinters, field + ".splinters", seen);
   return breach.result();
 }
 

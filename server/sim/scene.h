@@ -6,6 +6,7 @@
 #include "server/sim/fem/material_region.h"
 #include "server/sim/fem/smoothed_octahedron.h"
 #include "server/sim/linear_solver/solver_kind.h"
+#include "server/sim/mesh/splinters.h"
 #include "server/sim/mesh/surface_mesh.h"
 #include "server/sim/mesh/tet_mesh.h"
 
@@ -71,6 +72,7 @@ struct FemModel {
                                              // 0: 20 / mean edge
   int rigid_fragments = 9;                   // pieces of at most so many tets go on as rigid bodies, [0, 1e6]; 0: none
   std::shared_ptr<const SurfaceMesh> render; // embedded; null, or breakable: the tets' own surface is drawn
+  std::shared_ptr<const SplinterMesh> splinters;  // drawn instead, breakable or not; null: none
 };
 
 struct ExampleModel {

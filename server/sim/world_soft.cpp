@@ -245,8 +245,15 @@ void World::Impl::fracture(StepReport& report) {
   hand_over();  // what was drawn before is drawn as it was
   if (broke.empty()) return;
   for (const std::size_t b : broke) {
-    soft[b].draw_tets();
+    soft[b].draw();
     rebuild_topology(soft[b].id);
+    std::vector<DustParticle> grains = soft[b].take_dust(scene.seed, step);
+    if (grains.empty()) continue;
+    Event& event = add_event(EventKind::dust, soft[b].id);
+    event.count = static_cast<int>(grains.size());
+    event.point = grains.front().position.cast<double>();
+    event.message = text(event.count, " grains of dust from ", scene.bodies[soft[b].id].name);
+    event.particles = std::move(grains);
   }
   ++topology.epoch;
   add_event(EventKind::topology, 0).message = text("drawn topology ", topology.epoch);

@@ -46,13 +46,17 @@ TEST(ToMessage, WhoSleepsComesBack) {
 
 TEST(ToMessage, EventsComeBackWhole) {
   const sim::Event event{.sequence = 9, .step = 4, .time = 0.5, .kind = sim::EventKind::frozen, .body = 3,
-                         .point = Vec3(1, 2, 3), .magnitude = 7, .count = 5, .fragments = 6, .epoch = 8, .message = "held"};
+                         .point = Vec3(1, 2, 3), .magnitude = 7, .count = 5, .fragments = 6, .epoch = 8, .message = "held",
+                         .particles = {{Vec3f(1, 2, 3), Vec3f(4, 5, 6)}, {Vec3f(7, 8, 9), Vec3f(0, 0, 1)}}};
   const client::WorldEvent back = client::from_message(scene_convert::to_message(event));
   EXPECT_EQ(back.sequence, 9u);
   EXPECT_EQ(back.kind, client::EventKind::frozen);
   EXPECT_EQ(back.point, Vec3(1, 2, 3));
   EXPECT_EQ(back.fragments, 6);
   EXPECT_EQ(back.message, "held");
+  ASSERT_EQ(back.particles.size(), 2u);
+  EXPECT_EQ(back.particles[0].velocity, Vec3f(4, 5, 6));
+  EXPECT_EQ(back.particles[1].position, Vec3f(7, 8, 9));
   EXPECT_EQ(client::to_message(back).SerializeAsString(), scene_convert::to_message(event).SerializeAsString());
 }
 

@@ -25,13 +25,13 @@ std::filesystem::path shipped(const std::string& material) {
 
 TEST(MaterialPreview, GlassBreaksRubberSpringsBackSteelKeepsItsDent) {
   const test::TemporaryFolder folder;
-  const auto glass = preview_material(shipped("glass"), folder.path() / "glass");
+  const auto glass = preview_material({shipped("glass")}, folder.path() / "glass");
   ASSERT_TRUE(glass) << glass.error().text();
   EXPECT_GT((*glass)["struck"]["pieces"], 10);
   EXPECT_GT((*glass)["pushed"]["pieces"], 1);
-  const auto rubber = preview_material(shipped("rubber"), folder.path() / "rubber");
+  const auto rubber = preview_material({shipped("rubber")}, folder.path() / "rubber");
   ASSERT_TRUE(rubber) << rubber.error().text();
-  const auto steel = preview_material(shipped("steel"), folder.path() / "steel");
+  const auto steel = preview_material({shipped("steel")}, folder.path() / "steel");
   ASSERT_TRUE(steel) << steel.error().text();
   for (const char* panel : {"pushed", "bent", "struck"}) {
     EXPECT_EQ((*rubber)[panel]["pieces"], 1) << panel;
@@ -47,22 +47,41 @@ TEST(MaterialPreview, GlassBreaksRubberSpringsBackSteelKeepsItsDent) {
 TEST(MaterialPreview, EveryShippedMaterialIsOne) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(shipped("glass").parent_path())) {
-    EXPECT_TRUE(preview_scene(entry.path())) << entry.path();
+    EXPECT_TRUE(preview_scene({entry.path()})) << entry.path();
     ++count;
   }
   EXPECT_GE(count, 5);
 }
 
+TEST(MaterialPreview, EveryShippedWayToComeApartIsOne) {
+  const test::TemporaryFolder folder;
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(shipped("glass").parent_path().parent_path() / "splinters")) {
+    const auto scene = preview_scene({shipped("glass"), entry.path()});
+    ASSERT_TRUE(scene) << entry.path();
+    const std::string name = entry.path().filename().string();
+    folder.write(name, *scene);
+    const auto loaded = io::load_scene(folder.path() / name);
+    ASSERT_TRUE(loaded) << loaded.error().text();
+    const auto& panel = std::get<sim::FemModel>(loaded->scene.bodies.at(1).model);
+    ASSERT_TRUE(panel.splinters);
+    EXPECT_GT(panel.splinters->count, 50) << name;
+    EXPECT_LT(panel.splinters->count, 10 * panel.mesh->tet_count()) << name;
+    ++count;
+  }
+  EXPECT_EQ(count, 4);
+}
+
 TEST(MaterialPreview, AWrongMaterialIsNamedWithItsLine) {
   const test::TemporaryFolder folder;
   folder.write("odd.json", "{\n  \"young\": 1e6,\n  \"stiffness\": 3\n}\n");
-  const auto unknown = preview_scene(folder.path() / "odd.json");
+  const auto unknown = preview_scene({folder.path() / "odd.json"});
   ASSERT_FALSE(unknown);
   EXPECT_NE(unknown.error().text().find("stiffness"), std::string::npos);
   EXPECT_NE(unknown.error().text().find("odd.json, line 3"), std::string::npos) << unknown.error().text();
-  EXPECT_FALSE(preview_scene(folder.path() / "missing.json"));
+  EXPECT_FALSE(preview_scene({folder.path() / "missing.json"}));
   folder.write("soft.json", "{\"poisson_ratio\": 0.7}");
-  const auto refused = preview_material(folder.path() / "soft.json", folder.path() / "out");
+  const auto refused = preview_material({folder.path() / "soft.json"}, folder.path() / "out");
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().text().find("poisson_ratio is 0.7"), std::string::npos) << refused.error().text();
 }

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <numbers>
 
 namespace crumple::scene_convert {
@@ -95,12 +97,14 @@ TEST(SceneConvert, MissingFieldsOfAMaterialTakeItsDefaults) {
   EXPECT_EQ(got.raw_toughness, expected.raw_toughness);
   EXPECT_EQ(got.fracture_interval, expected.fracture_interval);
   EXPECT_EQ(got.max_splits_per_step, expected.max_splits_per_step);
+  EXPECT_EQ(got.dust, expected.dust);
   EXPECT_EQ(got.friction, expected.friction);
   EXPECT_EQ(got.cg_tolerance, expected.cg_tolerance);
   EXPECT_EQ(got.cg_max_iterations, expected.cg_max_iterations);
   EXPECT_EQ(model.clamp_limit, sim::FemModel().clamp_limit);
   EXPECT_EQ(model.rigid_fragments, sim::FemModel().rigid_fragments);
   EXPECT_TRUE(model.regions.empty());
+  EXPECT_EQ(model.splinters, nullptr);
 }
 
 TEST(SceneConvert, MissingFieldsOfAnExampleBodyTakeItsDefaults) {
@@ -138,7 +142,7 @@ TEST(SceneConvert, EveryFieldArrives) {
       fem_body("clamp_limit: 50 element: SMOOTHED_OCTAHEDRA rigid_fragments: 12 material { young: 2e7 poisson_ratio: 0.25 density: 2500 damping_mass: 1"
                " damping_stiffness: 2 rotation: POLAR_QR flow: DEVIATORIC yield: 0.5 creep: 0.75 max_plastic: 3 raw_creep: true"
                " breakable: true toughness: 1e5 raw_toughness: true fracture_interval: 4 max_splits_per_step: 5"
-               " friction: 0.6 cg_tolerance: 1e-7 cg_max_iterations: 80 }"
+               " dust: 7 friction: 0.6 cg_tolerance: 1e-7 cg_max_iterations: 80 }"
                " motions { nodes { ids { ids: [3, 0] } } keys { time: 1 pose { position { z: 2 } } } }") +
       "bodies { name: 'e' asleep: true example { density: 10 mass: 11 friction: 1.5 parameters { alpha: 1 beta: 2 gamma: 3"
       " lambda: 0.5 mu: 4 nu: 5 restitution: 0.25 raw_rates: true step: EQUATION_10 triangle_collision: true } asset "
@@ -192,6 +196,7 @@ TEST(SceneConvert, EveryFieldArrives) {
   EXPECT_EQ(fem.rigid_fragments, 12);
   EXPECT_EQ(fem.element, sim::fem::ElementKind::smoothed_octahedra);
   EXPECT_EQ((std::vector{m.fracture_interval, m.max_splits_per_step, m.cg_max_iterations}), (std::vector{4, 5, 80}));
+  EXPECT_EQ(m.dust, 7);
   EXPECT_EQ(m.rotation, sim::fem::RotationRule::polar_qr);
   EXPECT_EQ(m.flow, sim::fem::FlowRule::deviatoric);
   EXPECT_TRUE(m.raw_creep && m.breakable && m.raw_toughness);
@@ -246,6 +251,28 @@ TEST(SceneConvert, EqualSourcesShareOneMesh) {
   const auto mesh = [&](int i) { return std::get<sim::FemModel>(scene.bodies.at(i).model).mesh; };
   EXPECT_EQ(mesh(0), mesh(1));
   EXPECT_NE(mesh(0), mesh(2));
+}
+
+TEST(SceneConvert, SplintersAreOfTheRenderedSurfaceOrOfTheTets) {
+  const auto scene = convert(
+      "bodies { name: 'a' fem { mesh { box { size { x: 2 y: 1 z: 1 } } } splinters { stone { size: 0.5 } } } }"
+      "bodies { name: 'b' fem { mesh { box { size { x: 2 y: 1 z: 1 } } } splinters { stone { size: 0.5 } } } }"
+      "bodies { name: 'c' fem { mesh { box { size { x: 2 y: 1 z: 1 } } } splinters { stone { size: 0.5 } seed: 2 } } }"
+      "bodies { name: 'd' fem { mesh { box { size { x: 2 y: 1 z: 1 } } } render { sphere { radius: 0.4 } } splinters { brick {} } } }"
+      "bodies { name: 'e' fem { mesh { box {} } render { sphere { radius: 0.4 } } splinters { given {} } } }");
+  const auto splinters = [&](int i) { return std::get<sim::FemModel>(scene.bodies.at(i).model).splinters; };
+  const auto box = [&](int i) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3& p : splinters(i)->surface.vertices) box.extend(p);
+    return box;
+  };
+  EXPECT_EQ(splinters(0), splinters(1));
+  EXPECT_NE(splinters(0)->surface.vertices, splinters(2)->surface.vertices);
+  EXPECT_GE(splinters(0)->count, 4 * 2 * 2);
+  EXPECT_TRUE(box(0).max().isApprox(Vec3(1, 0.5, 0.5), 1e-12));
+  EXPECT_GT(splinters(3)->count, 40);
+  EXPECT_TRUE(box(3).max().isApprox(Vec3(0.4, 0.4, 0.4), 1e-12));
+  EXPECT_EQ(splinters(4)->count, 1);
 }
 
 TEST(SceneConvert, FacesBoxesAndIdsSelectNodes) {

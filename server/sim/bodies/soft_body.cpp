@@ -73,16 +73,16 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
     }
     soft.driven_.push_back(std::move(driven));
   }
-  // A body that may break shows its tets: pieces of an embedded surface would be drawn out between its parts.
-  if (model.render && !soft.rest.breakable()) {
-    soft.render_ = model.render;
-    soft.embedding_ = embed(model.render->vertices, mesh);
-  }
+  if (model.splinters || soft.rest.dusty()) soft.faces_ = SharedFaces(mesh.tets);
+  soft.skin_ = SoftSkin(model, soft.rest.breakable(), soft.faces_);
   soft.stars_ = NodeStars(soft.tets, soft.node_count());
   for (int n = 0; n < soft.node_count(); ++n) soft.scene_nodes_.push_back({-1, n});
+  for (int t = 0; t < mesh.tet_count(); ++t) soft.scene_tets_.push_back({-1, t});
+  soft.scene_tet_of_.resize(mesh.tets.size());
+  std::iota(soft.scene_tet_of_.begin(), soft.scene_tet_of_.end(), 0);
   soft.rigid_fragment_tets_ = soft.rest.breakable() ? model.rigid_fragments : 0;
   soft.follow_tets();
-  soft.draw_tets();
+  soft.draw();
   return soft;
 }
 
@@ -91,28 +91,16 @@ void SoftBody::follow_tets() {
   impulse = Eigen::VectorXd::Zero(3 * node_count());
 }
 
-void SoftBody::draw_tets() {
-  if (render_) return;
-  draw_nodes_.clear();
-  draw_triangles_.clear();
-  const auto draw = [&](int fragment, const std::vector<Tet>& drawn, int nodes) {
-    std::vector<int> draw_id(nodes, -1);
-    const std::size_t first = draw_triangles_.size();
-    for (const SurfaceFace& face : surface_faces(drawn)) {
-      for (int n : face.nodes) draw_id[n] = 0;
-      draw_triangles_.push_back(face.nodes);
-    }
-    for (int n = 0; n < nodes; ++n) {
-      if (draw_id[n] < 0) continue;
-      draw_id[n] = static_cast<int>(draw_nodes_.size());
-      draw_nodes_.push_back({fragment, n});
-    }
-    for (Triangle& triangle : std::span(draw_triangles_).subspan(first)) {
-      for (int& n : triangle) n = draw_id[n];
-    }
-  };
-  draw(-1, tets, node_count());
-  for (std::size_t f = 0; f < fragments.size(); ++f) draw(static_cast<int>(f), fragments[f].piece().tets, fragments[f].node_count());
+void SoftBody::draw() {
+  const std::vector<int> parted = faces_.part([&](int scene_tet) {
+    const TetRef at = scene_tets_[scene_tet];
+    const Tet& nodes = shape().nodes(at);
+    std::array<std::uint64_t, 4> ids;
+    for (int k = 0; k < 4; ++k) ids[k] = (static_cast<std::uint64_t>(at.fragment + 1) << 32) | static_cast<std::uint32_t>(nodes[k]);
+    return ids;
+  });
+  skin_.rebuild(shape(), faces_, parted);
+  torn_.insert(torn_.end(), parted.begin(), parted.end());
 }
 
 void SoftBody::prescribe(double time, double dt) {
@@ -376,7 +364,7 @@ BodyTopology SoftBody::topology() const {
   BodyTopology drawn{.id = id, .name = name_, .model = BodyModel::fem, .deformable = true};
   drawn.colour = colour_;
   drawn.opacity = opacity_;
-  drawn.triangles = render_ ? render_->triangles : draw_triangles_;
+  drawn.triangles = skin_.triangles();
   drawn.channels = {"stress"};
   BodyFrame frame;
   capture(false, frame);
@@ -390,23 +378,7 @@ void SoftBody::capture(bool with_values, BodyFrame& frame) const {
   frame.positions.clear();
   frame.values.clear();
   const std::vector<float> values = with_values ? node_values() : std::vector<float>{};
-  if (render_) {
-    std::vector<Vec3> x(embedding_.tet.size());
-    embedded_positions(embedding_, tets, state.x, x);
-    for (const Vec3& p : x) frame.positions.push_back(p.cast<float>());
-    if (!with_values) return;
-    for (std::size_t v = 0; v < x.size(); ++v) {
-      float value = 0;
-      for (int k = 0; k < 4; ++k) value += static_cast<float>(embedding_.weights[v][k]) * values[tets[embedding_.tet[v]][k]];
-      frame.values.push_back(std::clamp(value, 0.0f, 1.0f));
-    }
-    return;
-  }
-  for (const auto& [fragment, n] : draw_nodes_) {
-    const Vec3& x = fragment < 0 ? state.x[n] : fragments[fragment].x()[n];
-    frame.positions.push_back(x.cast<float>());
-    if (with_values) frame.values.push_back(fragment < 0 ? values[n] : 0.0f);
-  }
+  skin_.capture(shape(), with_values ? &values : nullptr, frame);
 }
 
 void SoftBody::hash(StateHash& hash) const {

@@ -2,7 +2,9 @@
 
 #include "common/error.h"
 #include "common/frame.h"
+#include "server/sim/bodies/dust.h"
 #include "server/sim/bodies/rigid_fragment.h"
+#include "server/sim/bodies/soft_skin.h"
 #include "server/sim/contact/collision_mesh.h"
 #include "server/sim/fem/bdf2.h"
 #include "server/sim/fem/elements.h"
@@ -10,7 +12,6 @@
 #include "server/sim/fracture/fracture_step.h"
 #include "server/sim/fracture/fragments.h"
 #include "server/sim/linear_solver/multigrid_hierarchy.h"
-#include "server/sim/mesh/embedding.h"
 #include "server/sim/scene.h"
 #include "server/sim/state_hash.h"
 
@@ -115,20 +116,18 @@ class SoftBody {
   FractureOutcome fracture_ahead(Eigen::VectorXd& v_ahead, double dt, double creep_dt,
                                  std::uint64_t seed, std::uint64_t step, int round, const ThreadPool& pool);
 
-  // Where a node or a tet of before went when pieces left: its new id, or that in a fragment.
-  struct NodeRef {
-    int fragment = -1;  // into `fragments`; -1: still the body's
-    int node = 0;
-  };
+  // Where nodes and tets of before went when pieces left.
   struct HandOver {
     int count = 0;              // of new fragments, at the end of `fragments`
-    std::vector<NodeRef> node;  // one a node of before
+    std::vector<NodeRef> node;  // one a node of before: its new id, or that in a fragment
     std::vector<int> tet;       // one a tet of before: its new id; -1: it left
   };
   // At the end of a step, elements up to date: pieces of at most as many tets as the scene says go on as rigid fragments,
   // unless they hang on a prescribed node or are still strained by 10 %.
   HandOver hand_over();
-  void draw_tets();  // after splits, however many: the surface that is drawn
+  // After splits, however many: the surface that is drawn, and the dust that leaves what is new of it.
+  void draw();
+  std::vector<DustParticle> take_dust(std::uint64_t seed, std::uint64_t step);
 
   // Spreads an impulse [N s] over the nodes within radius of a point by a smooth kernel times their mass; on the nearest
   // node if there is none.
@@ -153,6 +152,7 @@ class SoftBody {
     std::vector<Vec3> at_start;
   };
   void follow_tets();                  // what the solve and contact need of the tets
+  SoftShape shape() const { return {tets, state.x, fragments, scene_tets_}; }
   bool is_near_rest(int t) const;
   std::vector<char> leaving(const fracture::Fragments& pieces);
   void keep_part(std::span<const int> kept_tets, std::span<const int> kept_nodes, const HandOver& moved);
@@ -169,6 +169,7 @@ class SoftBody {
   };
   Parted split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool, FractureOutcome& outcome);
   std::vector<int> follow_topology();  // fem's; elements are of before
+  std::uint64_t own_seed(std::uint64_t seed) const;
   std::vector<float> node_values() const;
 
   std::string name_;
@@ -190,12 +191,12 @@ class SoftBody {
   std::vector<double> tet_mass_;
   std::vector<double> value_scale_;             // one a material: stress drawn as 1 [Pa]
   std::vector<Vec3> x_before_;                  // scratch: positions before the step
-  // Drawing: the embedded mesh, or the tets' own surface.
-  std::shared_ptr<const SurfaceMesh> render_;
-  Embedding embedding_;
-  std::vector<NodeRef> draw_nodes_;             // surface nodes; their order outlives a hand-over
-  std::vector<Triangle> draw_triangles_;        // ids into draw_nodes_
   std::vector<NodeRef> scene_nodes_;            // where each node of the scene's mesh is
+  std::vector<TetRef> scene_tets_;              // likewise, each tet
+  std::vector<int> scene_tet_of_;               // one a tet: its id in the scene's mesh
+  SharedFaces faces_;                           // of the scene's mesh; none unless the skin or dust asks for them
+  std::vector<int> torn_;                       // that have come apart since take_dust
+  SoftSkin skin_;
   int rigid_fragment_tets_ = 0;                 // largest piece that leaves
   bool small_pieces_ = false;                   // some piece may leave, now or when it has calmed down
   int last_fragments_ = 1;

@@ -1,5 +1,8 @@
 #include "server/sim/bodies/soft_body.h"
 
+#include "server/sim/mesh/tet_faces.h"
+#include "server/sim/scatter.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -15,12 +18,14 @@ bool SoftBody::may_break(std::uint64_t step) const {
   return !frozen && !is_empty() && rest.breakable() && step % material().fracture_interval == 0;
 }
 
+// Bodies break in different orders.
+std::uint64_t SoftBody::own_seed(std::uint64_t seed) const { return seed ^ (0x9e3779b97f4a7c15ULL * (id + 1)); }
+
 // Parker & O'Brien 2009, section 5, at state.x, where the elements are up to date.
 SoftBody::Parted SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool,
                                        FractureOutcome& outcome) {
-  const std::uint64_t own_seed = seed ^ (0x9e3779b97f4a7c15ULL * (id + 1));  // bodies break in different orders
   const fracture::SplitReport report =
-      fracture::fracture_step(rest, system.elements, own_seed, step, pool, tets, state, stars_, fracture_scratch_);
+      fracture::fracture_step(rest, system.elements, own_seed(seed), step, pool, tets, state, stars_, fracture_scratch_);
   outcome = {.fragments = all_pieces()};
   if (report.splits.empty()) return {};
 
@@ -56,6 +61,27 @@ SoftBody::Parted SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
   outcome = {.splits = static_cast<int>(report.splits.size()), .fragments = all_pieces()};
   outcome.point = report.splits.front().point;
   return {report.origin, std::move(element_before)};
+}
+
+// Both sides of what is torn.
+std::vector<DustParticle> SoftBody::take_dust(std::uint64_t seed, std::uint64_t step) {
+  std::vector<TornFace> sides;
+  for (const int f : torn_) {
+    for (int side = 0; side < 2; ++side) {
+      const TetRef at = scene_tets_[faces_[f].tet[side]];
+      TornFace face;
+      for (int k = 0; k < 3; ++k) {
+        const NodeRef node{at.fragment, shape().nodes(at)[kTetFaces[faces_[f].opposite[side]][k]]};
+        face.x[k] = shape().position(node);
+        face.v[k] = at.fragment < 0 ? state.v[node.node] : fragments[at.fragment].node_velocity(node.node);
+      }
+      const auto material_id = at.fragment < 0 ? std::span<const std::uint16_t>(rest.material_id) : fragments[at.fragment].piece().material_id;
+      face.density = rest.material_at(material_id.empty() ? 0 : material_id[at.tet]).dust;
+      sides.push_back(face);
+    }
+  }
+  torn_.clear();
+  return dust(sides, scatter(own_seed(seed)) ^ step);
 }
 
 FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool) {

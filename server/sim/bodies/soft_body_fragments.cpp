@@ -73,6 +73,7 @@ SoftBody::HandOver SoftBody::hand_over() {
       continue;
     }
     RigidFragment::Piece& piece = made[k];
+    scene_tets_[scene_tet_of_[t]] = {before + k, static_cast<int>(piece.tets.size())};
     piece.tets.push_back(tets[t]);  // node ids follow below
     piece.tet_mass.push_back(tet_mass_[t]);
     piece.plastic_strain.push_back(fem::element_plastic_strain(rest, state.plastic_strain, t));
@@ -121,10 +122,11 @@ void SoftBody::keep_part(std::span<const int> kept_tets, std::span<const int> ke
   for (DrivenNodes& driven : driven_) std::ranges::for_each(driven.motion.nodes, follow);
   for (auto* prescribed : {&prescribed_, &prescribed_before_})
     for (fem::PrescribedNode& p : *prescribed) follow(p.node);
-  for (auto* refs : {&draw_nodes_, &scene_nodes_}) {
-    for (NodeRef& ref : *refs)
-      if (ref.fragment < 0) ref = moved.node[ref.node];
-  }
+  for (NodeRef& ref : scene_nodes_)
+    if (ref.fragment < 0) ref = moved.node[ref.node];
+  keep(scene_tet_of_, kept_tets);
+  for (std::size_t t = 0; t < scene_tet_of_.size(); ++t) scene_tets_[scene_tet_of_[t]].tet = static_cast<int>(t);
+  skin_.follow(moved.node);
   if (rest.smoothed()) {
     state.plastic_strain = fem::inherited(state.plastic_strain, follow_topology());
   } else {

@@ -41,6 +41,8 @@ struct FemMaterial {
   int fracture_interval = 1;     // look for splits every so many steps, [1, 1e6]
   int max_splits_per_step = 200; // [1, 1e6]
 
+  double dust = 0;               // grains drawn to a square metre of new surface [1/m^2], [0, 1e6]
+
   double friction = 0.4;         // mu of contacts [-], [0, 10]
 
   double cg_tolerance = 1e-3;    // relative residual of the solve, [1e-14, 0.5]

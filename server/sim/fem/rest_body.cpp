@@ -95,6 +95,10 @@ bool RestBody::yields() const {
   return any_material(*this, [](const FemMaterial& m) { return std::isfinite(m.yield); });
 }
 
+bool RestBody::dusty() const {
+  return any_material(*this, [](const FemMaterial& m) { return m.dust > 0; });
+}
+
 bool RestBody::breakable() const {
   return any_material(*this, [](const FemMaterial& m) { return m.breakable; });
 }

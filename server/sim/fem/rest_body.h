@@ -65,6 +65,7 @@ struct RestBody {
   bool clamped(int t) const { return !beta_clamped.empty() && beta_clamped[t] != beta[t]; }
   bool yields() const;     // any of its materials
   bool breakable() const;  // any of its materials
+  bool dusty() const;      // likewise
   double tet_mass(int t) const { return material_of(t).density * fill[t] * volume[t]; }  // [kg]
   double mass() const;              // [kg]
   RestTet tet(int t) const;         // everything of one tet, by value

@@ -1,6 +1,7 @@
 #include "server/sim/fracture/mesh_split.h"
 
 #include "server/sim/fracture/fragments.h"
+#include "server/sim/scatter.h"
 
 #include <algorithm>
 #include <cassert>
@@ -8,14 +9,6 @@
 namespace crumple::sim::fracture {
 
 namespace {
-
-// splitmix64's finaliser: a bijection that scatters its bits.
-std::uint64_t scatter(std::uint64_t z) {
-  z += 0x9e3779b97f4a7c15;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
-  return z ^ (z >> 31);
-}
 
 std::vector<SplitCandidate> in_random_order(std::span<const SplitCandidate> candidates, const SplitOptions& options) {
   std::vector<SplitCandidate> order(candidates.begin(), candidates.end());

@@ -101,6 +101,28 @@ TetTree::Hit TetTree::nearest(const Vec3& p) const {
   return best;
 }
 
+std::vector<int> TetTree::near(const Eigen::AlignedBox3d& box) const {
+  std::vector<int> found;
+  gather(0, box, found);
+  std::ranges::sort(found);
+  return found;
+}
+
+void TetTree::gather(int branch, const Eigen::AlignedBox3d& box, std::vector<int>& found) const {
+  const Branch& here = branches_[branch];
+  if (!here.box.intersects(box)) return;
+  if (here.left >= 0) {
+    gather(here.left, box, found);
+    gather(here.left + 1, box, found);
+    return;
+  }
+  for (int i = here.begin; i < here.end; ++i) {
+    Eigen::AlignedBox3d own;
+    for (const int node : mesh_.tets[order_[i]]) own.extend(mesh_.X[node]);
+    if (own.intersects(box)) found.push_back(order_[i]);
+  }
+}
+
 void TetTree::visit(int branch, double box_distance, const Vec3& p, Hit& best) const {
   if (box_distance > best.squared_distance) return;  // an equal one may hold a lower id
   const Branch& here = branches_[branch];

@@ -28,6 +28,9 @@ class TetTree {
   };
   Hit nearest(const Vec3& p) const;
 
+  // The tets whose own boxes meet `box`, ascending.
+  std::vector<int> near(const Eigen::AlignedBox3d& box) const;
+
  private:
   struct Branch {
     Eigen::AlignedBox3d box;
@@ -36,6 +39,7 @@ class TetTree {
   };
 
   void build(int branch, std::span<const Vec3> centroids);
+  void gather(int branch, const Eigen::AlignedBox3d& box, std::vector<int>& found) const;
   void visit(int branch, double box_distance, const Vec3& p, Hit& best) const;
 
   const TetMesh& mesh_;

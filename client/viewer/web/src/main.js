@@ -20,7 +20,10 @@ const connection = new Connection({
     $('world').textContent = next.world;
     $('play').textContent = next.playing ? 'Pause' : 'Play';
   },
-  event: (event) => showEvent(event.message),
+  event: (event) => {
+    if (event.particles) stage.addDust(event);
+    else showEvent(event.message);
+  },
   error: (error) => showEvent(error.message),
   closed: () => { $('message').textContent = 'No connection to the viewer; trying again'; },
 });

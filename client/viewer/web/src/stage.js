@@ -2,6 +2,7 @@
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
+import { Dust } from './dust.js';
 
 const VALUE_COLOUR = new THREE.Color(1.0, 0.12, 0.04);  // of value 1: highest stress, or away from the rest pose
 
@@ -29,6 +30,7 @@ export class Stage {
     this.controls.addEventListener('change', () => { this.changed = true; });
     this.addLights();
     this.bodies = [];
+    this.dust = new Dust(this.scene);
     this.framed = false;
     this.raycaster = new THREE.Raycaster();
     window.addEventListener('resize', () => this.resize());
@@ -108,7 +110,16 @@ export class Stage {
       }
       this.setValues(body, moved.values);
     }
+    this.dust.advance(frame.time);
     if (!this.framed) this.frameCamera();
+  }
+
+  // event: {body, time, particles} of a fracture.
+  addDust(event) {
+    const body = this.bodies[event.body];
+    if (!body) return;
+    const pale = body.base.clone().lerp(new THREE.Color(0.85, 0.85, 0.85), 0.5);
+    this.dust.add(event.particles, event.time, [pale.r, pale.g, pale.b]);
   }
 
   // Colours vertices from the body's own colour (0) to red (1).

@@ -1,0 +1,45 @@
+// Grains that leave fracture surfaces: they fly with the surface, the air slows them, they sink and fade. Moved here, by
+// simulated time: the server sends each grain once.
+import * as THREE from 'three';
+
+const LIFE = 1.4;     // [s]
+const SLOWED = 0.25;  // time in which the air takes a grain's speed down to a third [s]
+const SINK = 0.7;     // speed of what hangs in the air [m/s]
+const MOST = 4000;    // grains; the oldest go first
+
+export class Dust {
+  constructor(scene) {
+    this.grains = [];
+    this.geometry = new THREE.BufferGeometry();
+    this.geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(3 * MOST), 3).setUsage(THREE.DynamicDrawUsage));
+    this.geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(4 * MOST), 4).setUsage(THREE.DynamicDrawUsage));
+    this.geometry.setDrawRange(0, 0);
+    this.points = new THREE.Points(this.geometry,
+      new THREE.PointsMaterial({ size: 0.03, vertexColors: true, transparent: true, depthWrite: false }));
+    this.points.frustumCulled = false;
+    scene.add(this.points);
+  }
+
+  // particles: x y z vx vy vz each. colour: of the body they come from.
+  add(particles, time, colour) {
+    for (let i = 0; i + 6 <= particles.length; i += 6) {
+      this.grains.push({ from: particles.slice(i, i + 3), speed: particles.slice(i + 3, i + 6), born: time, colour });
+    }
+    this.grains.splice(0, Math.max(0, this.grains.length - MOST));
+  }
+
+  // To simulated time [s].
+  advance(time) {
+    this.grains = this.grains.filter((grain) => time >= grain.born && time - grain.born < LIFE);
+    const { position, color } = this.geometry.attributes;
+    this.grains.forEach((grain, i) => {
+      const age = time - grain.born, flown = SLOWED * (1 - Math.exp(-age / SLOWED));
+      const sunk = SINK * (age - flown);
+      position.setXYZ(i, grain.from[0] + flown * grain.speed[0], grain.from[1] + flown * grain.speed[1] - sunk,
+        grain.from[2] + flown * grain.speed[2]);
+      color.setXYZW(i, ...grain.colour, 0.75 * (1 - age / LIFE));
+    });
+    position.needsUpdate = color.needsUpdate = true;
+    this.geometry.setDrawRange(0, this.grains.length);
+  }
+}

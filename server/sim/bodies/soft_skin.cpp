@@ -1,0 +1,105 @@
+#include "server/sim/bodies/soft_skin.h"
+
+#include <algorithm>
+
+namespace crumple::sim {
+SoftSkin::SoftSkin(const FemModel& model, bool breakable, const SharedFaces& faces) {
+  if (model.splinters) {
+    splinters_ = model.splinters;
+    carried_.emplace(*splinters_, *model.mesh, faces);
+    tet_at_rest_ = carried_->vertices().tet;
+  } else if (model.render && !breakable) {
+    embedding_ = embed(model.render->vertices, *model.mesh);
+    triangles_ = model.render->triangles;
+  } else {
+    draws_tets_ = true;
+  }
+}
+
+void SoftSkin::rebuild(const SoftShape& shape, const SharedFaces& faces, std::span<const int> parted) {
+  if (carried_) {
+    carried_->follow(faces, parted);
+    draw_splinters();
+  } else if (draws_tets_) {
+    draw_tets(shape);
+  }
+}
+
+// What lies between splinters that are whole is left out, and what they have in common is drawn once.
+void SoftSkin::draw_splinters() {
+  const SplinterMesh& mesh = *splinters_;
+  const Embedding& at = carried_->vertices();
+  const auto is_hidden = [&](const SplinterMesh::Patch& patch) {
+    return carried_->is_whole(patch.splinter) && std::ranges::all_of(patch.others, [&](int s) { return carried_->is_whole(s); });
+  };
+  std::vector<char> hidden;
+  for (const SplinterMesh::Patch& patch : mesh.patches) hidden.push_back(is_hidden(patch));
+  triangles_.clear();
+  embedding_ = {};
+  std::vector<int> drawn(mesh.surface.vertices.size(), -1);
+  const auto draw = [&](int v) {
+    if (const int twin = carried_->twin(v); at.tet[v] == tet_at_rest_[v] && at.tet[twin] == tet_at_rest_[v]) v = twin;
+    if (drawn[v] < 0) {
+      drawn[v] = static_cast<int>(embedding_.tet.size());
+      embedding_.tet.push_back(at.tet[v]);
+      embedding_.weights.push_back(at.weights[v]);
+    }
+    return drawn[v];
+  };
+  for (std::size_t t = 0; t < mesh.surface.triangles.size(); ++t) {
+    if (mesh.patch[t] >= 0 && hidden[mesh.patch[t]]) continue;
+    Triangle triangle = mesh.surface.triangles[t];
+    for (int& v : triangle) v = draw(v);
+    triangles_.push_back(triangle);
+  }
+}
+
+void SoftSkin::draw_tets(const SoftShape& shape) {
+  nodes_.clear();
+  triangles_.clear();
+  const auto draw = [&](int fragment, std::span<const Tet> tets, std::size_t node_count) {
+    std::vector<int> drawn(node_count, -1);
+    const std::size_t first = triangles_.size();
+    for (const SurfaceFace& face : surface_faces({tets.begin(), tets.end()})) {
+      for (int n : face.nodes) drawn[n] = 0;
+      triangles_.push_back(face.nodes);
+    }
+    for (std::size_t n = 0; n < node_count; ++n) {
+      if (drawn[n] < 0) continue;
+      drawn[n] = static_cast<int>(nodes_.size());
+      nodes_.push_back({fragment, static_cast<int>(n)});
+    }
+    for (Triangle& triangle : std::span(triangles_).subspan(first)) {
+      for (int& n : triangle) n = drawn[n];
+    }
+  };
+  draw(-1, shape.tets, shape.x.size());
+  for (std::size_t f = 0; f < shape.fragments.size(); ++f)
+    draw(static_cast<int>(f), shape.fragments[f].piece().tets, shape.fragments[f].x().size());
+}
+
+void SoftSkin::follow(std::span<const NodeRef> moved) {
+  for (NodeRef& ref : nodes_)
+    if (ref.fragment < 0) ref = moved[ref.node];
+}
+
+void SoftSkin::capture(const SoftShape& shape, const std::vector<float>* node_values, BodyFrame& frame) const {
+  for (const NodeRef& ref : nodes_) {
+    frame.positions.push_back(shape.position(ref).cast<float>());
+    if (node_values) frame.values.push_back(ref.fragment < 0 ? (*node_values)[ref.node] : 0.0f);
+  }
+  for (std::size_t v = 0; v < embedding_.tet.size(); ++v) {
+    const TetRef ref = shape.scene_tets[embedding_.tet[v]];
+    const Tet& tet = shape.nodes(ref);
+    const Eigen::Vector4d& w = embedding_.weights[v];
+    Vec3 p = Vec3::Zero();
+    for (int k = 0; k < 4; ++k) p += w[k] * shape.position({ref.fragment, tet[k]});
+    frame.positions.push_back(p.cast<float>());
+    if (!node_values) continue;
+    float value = 0;
+    for (int k = 0; k < 4 && ref.fragment < 0; ++k) value += static_cast<float>(w[k]) * (*node_values)[tet[k]];
+    frame.values.push_back(std::clamp(value, 0.0f, 1.0f));
+  }
+}
+
+}  // namespace crumple::sim
