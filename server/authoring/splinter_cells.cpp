@@ -1,6 +1,7 @@
 #include "server/authoring/splinter_cells.h"
 
 #include "common/text.h"
+#include "server/authoring/glass_shards.h"
 #include "server/authoring/polyhedron.h"
 
 #include <Eigen/LU>
@@ -22,7 +23,7 @@ Result<void> check_count(double count) {
   return invalid("size", text("makes ", static_cast<std::int64_t>(count), " splinters, must make at most ", kMaxSplinterCells));
 }
 
-// Points with one in each unit cube of a lattice over the box; in direction `flat` all in the middle.
+// Points with one in each unit cube of a lattice over the box.
 struct Sites {
   Vec3 low;                  // of the lattice
   std::array<int, 3> cubes;  // lattice cubes along each axis
@@ -31,11 +32,10 @@ struct Sites {
   int at(int i, int j, int k) const { return i + cubes[0] * (j + cubes[1] * k); }
 };
 
-Result<Sites> scatter_sites(const Box& box, int flat, std::uint64_t seed) {
+Result<Sites> scatter_sites(const Box& box, std::uint64_t seed) {
   Sites sites{box.min(), {1, 1, 1}, {}};
   double count = 1;
   for (int a = 0; a < 3; ++a) {
-    if (a == flat) continue;
     const double cubes = std::max(1.0, std::ceil(box.sizes()[a]));
     count *= cubes;
     if (auto fits = check_count(count); !fits) return std::unexpected(fits.error());
@@ -46,9 +46,7 @@ Result<Sites> scatter_sites(const Box& box, int flat, std::uint64_t seed) {
   for (int k = 0; k < sites.cubes[2]; ++k)
     for (int j = 0; j < sites.cubes[1]; ++j)
       for (int i = 0; i < sites.cubes[0]; ++i) {
-        Vec3 p = sites.low + Vec3(i + unit(), j + unit(), k + unit());
-        if (flat >= 0) p[flat] = box.center()[flat];
-        sites.points.push_back(p);
+        sites.points.push_back(sites.low + Vec3(i + unit(), j + unit(), k + unit()));
       }
   return sites;
 }
@@ -87,10 +85,10 @@ Polyhedron voronoi_cell(const Sites& sites, const std::array<int, 3>& cube, cons
 }
 
 // Voronoi cells in space y = A x.
-Result<std::vector<SplinterCell>> voronoi_cells(const Box& box, const Mat3& A, int flat, std::uint64_t seed) {
+Result<std::vector<SplinterCell>> voronoi_cells(const Box& box, const Mat3& A, std::uint64_t seed) {
   Box scaled;
   for (int c = 0; c < 8; ++c) scaled.extend(A * box.corner(static_cast<Box::CornerType>(c)));
-  const auto sites = scatter_sites(scaled, flat, seed);
+  const auto sites = scatter_sites(scaled, seed);
   if (!sites) return std::unexpected(sites.error());
   const Mat3 back = A.inverse();
   std::vector<SplinterCell> cells;
@@ -115,19 +113,34 @@ Result<std::vector<SplinterCell>> voronoi_cells(const Box& box, const Mat3& A, i
 }  // namespace
 
 Result<std::vector<SplinterCell>> stone_cells(const Box& box, double size, std::uint64_t seed) {
-  return voronoi_cells(box, Mat3::Identity() / size, -1, seed);
+  return voronoi_cells(box, Mat3::Identity() / size, seed);
 }
 
 Result<std::vector<SplinterCell>> glass_cells(const Box& box, double size, std::uint64_t seed) {
-  int thickness = 0;
-  box.sizes().minCoeff(&thickness);
-  return voronoi_cells(box, Mat3::Identity() / size, thickness, seed);
+  int through = 0;
+  box.sizes().minCoeff(&through);
+  const int u = (through + 1) % 3, v = (through + 2) % 3;
+  if (auto fits = check_count(2 * (box.sizes()[u] / size) * (box.sizes()[v] / size)); !fits) return std::unexpected(fits.error());
+  const auto in_space = [&](const Eigen::Vector2d& p, double height) {
+    Vec3 out;
+    out[u] = p.x(), out[v] = p.y(), out[through] = height;
+    return out;
+  };
+  std::vector<SplinterCell> cells;
+  for (const Shard& shard : glass_shards({box.min()[u], box.min()[v]}, {box.max()[u], box.max()[v]}, size, seed)) {
+    SplinterCell& cell = cells.emplace_back();
+    for (const Eigen::Vector2d& p : shard.corners)
+      for (const double height : {box.min()[through], box.max()[through]}) cell.box.extend(in_space(p, height));
+    for (const Shard::Edge& edge : shard.edges)
+      if (!edge.neighbours.empty()) cell.walls.push_back({in_space(edge.normal, 0), edge.offset, edge.neighbours});
+  }
+  return cells;
 }
 
 Result<std::vector<SplinterCell>> wood_cells(const Box& box, double size, double aspect, const Vec3& grain,
                                              std::uint64_t seed) {
   const Mat3 R = Quat::FromTwoVectors(grain, Vec3::UnitX()).toRotationMatrix();
-  return voronoi_cells(box, Vec3(1 / (size * aspect), 1 / size, 1 / size).asDiagonal() * R, -1, seed);
+  return voronoi_cells(box, Vec3(1 / (size * aspect), 1 / size, 1 / size).asDiagonal() * R, seed);
 }
 
 Result<std::vector<SplinterCell>> brick_cells(const Box& box, const Vec3& size) {

@@ -31,8 +31,7 @@ inline constexpr int kMaxSplinterCells = 100'000;
 // Rounded lumps: Voronoi cells of points that are one to a cube of a lattice, anywhere in it.
 Result<std::vector<SplinterCell>> stone_cells(const Eigen::AlignedBox3d& box, double size, std::uint64_t seed);
 
-// Shards that go through the sheet: Voronoi cells in the plane, upright on it. The thinnest side of the box is its
-// thickness.
+// Pointed shards of at most size^2 that go through the sheet (glass_shards.h). The thinnest side of the box is its thickness.
 Result<std::vector<SplinterCell>> glass_cells(const Eigen::AlignedBox3d& box, double size, std::uint64_t seed);
 
 // Pointed slivers along the grain: Voronoi cells in space that is shortened along it. grain: unit length. aspect: length

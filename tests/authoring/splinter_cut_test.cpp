@@ -1,5 +1,6 @@
 #include "server/authoring/splinter_cut.h"
 
+#include "server/authoring/glass_shards.h"
 #include "server/authoring/polygon_triangles.h"
 #include "server/authoring/shapes/barrel.h"
 #include "server/authoring/shapes/surfaces.h"
@@ -224,11 +225,45 @@ TEST(SplinterCut, GlassShardsGoThroughTheSheet) {
   const auto cells = glass_cells(box_of(pane), 0.1, 1);
   ASSERT_TRUE(cells);
   const sim::SplinterMesh mesh = cut_splinters(solid(pane), *cells);
-  EXPECT_EQ(mesh.count, 20 * 16);
+  EXPECT_GT(mesh.count, 20 * 16);  // none is larger than 0.1^2
+  EXPECT_LT(mesh.count, 2 * 20 * 16);
   expect_partition(mesh, pane);
   std::vector<Box> box(mesh.count);
   for (std::size_t v = 0; v < mesh.splinter.size(); ++v) box[mesh.splinter[v]].extend(mesh.surface.vertices[v]);
   for (const Box& b : box) EXPECT_NEAR(b.sizes().z(), 0.04, 1e-12);
+}
+
+TEST(GlassShards, TileTheirRectangleAndKnowEachOther) {
+  const auto shards = glass_shards({-1, 0}, {2, 1.5}, 0.1, 5);
+  double sum = 0, largest = 0, pointed = 0;
+  for (const Shard& shard : shards) {
+    double area = 0;
+    const std::size_t n = shard.corners.size();
+    for (std::size_t k = 0; k < n; ++k) {
+      const Eigen::Vector2d &a = shard.corners[k], &b = shard.corners[(k + 1) % n], &c = shard.corners[(k + 2) % n];
+      area += 0.5 * (a.x() * b.y() - a.y() * b.x());
+      pointed += (a - b).normalized().dot((c - b).normalized()) > 0.5;  // under 60 degrees
+    }
+    sum += area;
+    largest = std::max(largest, area);
+  }
+  EXPECT_NEAR(sum, 4.5, 1e-12);
+  EXPECT_LE(largest, 0.01);
+  EXPECT_GT(pointed, 0.5 * static_cast<double>(shards.size()));
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> number(0, 1);
+  for (int k = 0; k < 3000; ++k) {  // on a short way from one shard over an edge of it, a neighbour comes next
+    const int own = static_cast<int>(random() % shards.size());
+    const Shard& shard = shards[own];
+    const std::size_t e = random() % shard.edges.size();
+    if (shard.edges[e].neighbours.empty()) continue;
+    const double s = number(random);
+    const Eigen::Vector2d over = (1 - s) * shard.corners[e] + s * shard.corners[(e + 1) % shard.corners.size()] + 1e-7 * shard.edges[e].normal;
+    const auto holds = [&](int other) {
+      return std::ranges::all_of(shards[other].edges, [&](const Shard::Edge& edge) { return edge.normal.dot(over) <= edge.offset; });
+    };
+    EXPECT_TRUE(std::ranges::any_of(shard.edges[e].neighbours, holds));
+  }
 }
 
 TEST(SplinterCut, WoodComesApartAlongItsGrain) {

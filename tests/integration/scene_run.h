@@ -54,7 +54,7 @@ class SceneRun {
   bool started() const { return world_ != nullptr; }
   sim::World& world() const { return *world_; }
 
-  // Everything drawn stays finite and nothing that moves gets further below y = 0 than `ground_tolerance` [m].
+  // Everything drawn stays finite, and nothing that moves gets further below y = 0 than `ground_tolerance` [m].
   void step(int steps, double ground_tolerance) {
     for (int k = 0; k < steps; ++k) {
       const sim::StepReport report = world_->step();
@@ -87,7 +87,8 @@ class SceneRun {
 
   std::vector<sim::Event> events;
   int capped_solves = 0;
-  double lowest = 0, lowest_now = 0;  // of all that was drawn and moves [m]
+  double lowest = 0, lowest_now = 0;  // of all that moves [m]: drawn vertices; nodes of finite-element bodies, whose splinters
+                                      // reach beyond their tets
   std::string lowest_body;
 
  private:
@@ -95,6 +96,12 @@ class SceneRun {
     auto world = sim::World::create(scene);
     EXPECT_TRUE(world) << world.error().text();
     if (world) world_ = *std::move(world);
+  }
+
+  void look_at(const Vec3& p, const std::string& body) {
+    if (p.y() >= lowest_now) return;
+    lowest_now = p.y();
+    lowest_body = body;
   }
 
   // False if anything drawn is not finite.
@@ -108,11 +115,10 @@ class SceneRun {
       for (const Vec3f& x : vertices) {
         const Vec3 p = body.deformable ? Vec3(x.cast<double>()) : at.pose * Vec3(x.cast<double>());
         if (!p.allFinite()) return false;
-        if (p.y() < lowest_now) {
-          lowest_now = p.y();
-          lowest_body = body.name;
-        }
+        if (body.model != BodyModel::fem) look_at(p, body.name);
       }
+      if (body.model != BodyModel::fem) continue;
+      for (const Vec3& p : world_->fem(body.id).x) look_at(p, body.name);
     }
     lowest = std::min(lowest, lowest_now);
     const sim::Energies energies = world_->energies();

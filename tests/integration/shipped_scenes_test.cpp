@@ -70,6 +70,16 @@ TEST(ShippedScenes, TheCarDentsBarrelsAndItselfAndBreaksTheGlass) {
   EXPECT_EQ(run.frozen_bodies(), 0);
 }
 
+TEST(ShippedScenes, TheWallLosesBricksAndDustWhereTheBallHitsIt) {
+  SceneRun run = run_shipped("wall");
+  ASSERT_TRUE(run.started());
+  run.step(150, kGround);
+  EXPECT_GT(run.fragments("wall"), 10);
+  EXPECT_GT(run.events_of(sim::EventKind::dust, "wall"), 3);
+  EXPECT_LT(run.world().pose(run.world().find("ball")).p_WB.z(), -0.5);  // it went through
+  EXPECT_EQ(run.frozen_bodies(), 0);
+}
+
 // The scenes of Parker & O'Brien (2009).
 
 TEST(ShippedScenes, TheDetentionUnitStandsUntilTheChargeAndBurstsAllRound) {

@@ -65,7 +65,7 @@ TEST(MaterialPreview, EveryShippedWayToComeApartIsOne) {
     ASSERT_TRUE(loaded) << loaded.error().text();
     const auto& panel = std::get<sim::FemModel>(loaded->scene.bodies.at(1).model);
     ASSERT_TRUE(panel.splinters);
-    EXPECT_GT(panel.splinters->count, 50) << name;
+    EXPECT_GT(panel.splinters->count, 100) << name;
     EXPECT_LT(panel.splinters->count, 10 * panel.mesh->tet_count()) << name;
     ++count;
   }

@@ -64,7 +64,7 @@ const Bad kBad[] = {
     {"splinter_size", FEM("box {}", "splinters { stone { size: 0 } }"), "bodies[0].fem.splinters.stone.size",
      "is 0, must be at least 1e-04"},
     {"splinter_count", FEM("box {}", "splinters { glass { size: 0.001 } }"), "bodies[0].fem.splinters.glass.size",
-     "makes 1000000 splinters, must make at most 100000"},
+     "makes 2000000 splinters, must make at most 100000"},
     {"splinter_aspect", FEM("box {}", "splinters { wood { aspect: 0.5 } }"), "bodies[0].fem.splinters.wood.aspect",
      "is 0.5, must be at least 1"},
     {"splinter_grain", FEM("box {}", "splinters { wood { grain {} } }"), "bodies[0].fem.splinters.wood.grain", "is zero"},

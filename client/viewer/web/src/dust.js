@@ -5,7 +5,22 @@ import * as THREE from 'three';
 const LIFE = 1.4;     // [s]
 const SLOWED = 0.25;  // time in which the air takes a grain's speed down to a third [s]
 const SINK = 0.7;     // speed of what hangs in the air [m/s]
+const SPREAD = 0.25;  // how far grains drift apart [m]
+const SIZE = 0.28;    // of a grain's puff [m]
 const MOST = 4000;    // grains; the oldest go first
+
+// A puff: white, fading outwards.
+function puff() {
+  const canvas = document.createElement('canvas');
+  canvas.width = canvas.height = 32;
+  const context = canvas.getContext('2d');
+  const fade = context.createRadialGradient(16, 16, 0, 16, 16, 16);
+  fade.addColorStop(0, 'rgba(255, 255, 255, 1)');
+  fade.addColorStop(1, 'rgba(255, 255, 255, 0)');
+  context.fillStyle = fade;
+  context.fillRect(0, 0, 32, 32);
+  return new THREE.CanvasTexture(canvas);
+}
 
 export class Dust {
   constructor(scene) {
@@ -15,7 +30,7 @@ export class Dust {
     this.geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(4 * MOST), 4).setUsage(THREE.DynamicDrawUsage));
     this.geometry.setDrawRange(0, 0);
     this.points = new THREE.Points(this.geometry,
-      new THREE.PointsMaterial({ size: 0.03, vertexColors: true, transparent: true, depthWrite: false }));
+      new THREE.PointsMaterial({ size: SIZE, map: puff(), vertexColors: true, transparent: true, depthWrite: false }));
     this.points.frustumCulled = false;
     scene.add(this.points);
   }
@@ -23,7 +38,8 @@ export class Dust {
   // particles: x y z vx vy vz each. colour: of the body they come from.
   add(particles, time, colour) {
     for (let i = 0; i + 6 <= particles.length; i += 6) {
-      this.grains.push({ from: particles.slice(i, i + 3), speed: particles.slice(i + 3, i + 6), born: time, colour });
+      const drift = new THREE.Vector3().randomDirection().multiplyScalar(SPREAD * Math.random()).toArray();
+      this.grains.push({ from: particles.slice(i, i + 3), speed: particles.slice(i + 3, i + 6), drift, born: time, colour });
     }
     this.grains.splice(0, Math.max(0, this.grains.length - MOST));
   }
@@ -34,10 +50,10 @@ export class Dust {
     const { position, color } = this.geometry.attributes;
     this.grains.forEach((grain, i) => {
       const age = time - grain.born, flown = SLOWED * (1 - Math.exp(-age / SLOWED));
-      const sunk = SINK * (age - flown);
-      position.setXYZ(i, grain.from[0] + flown * grain.speed[0], grain.from[1] + flown * grain.speed[1] - sunk,
-        grain.from[2] + flown * grain.speed[2]);
-      color.setXYZW(i, ...grain.colour, 0.75 * (1 - age / LIFE));
+      const spread = Math.sqrt(age / LIFE), sunk = SINK * (age - flown);
+      const at = (axis) => grain.from[axis] + flown * grain.speed[axis] + spread * grain.drift[axis];
+      position.setXYZ(i, at(0), at(1) - sunk, at(2));
+      color.setXYZW(i, ...grain.colour, 0.3 * (1 - age / LIFE));
     });
     position.needsUpdate = color.needsUpdate = true;
     this.geometry.setDrawRange(0, this.grains.length);
