@@ -25,11 +25,11 @@ Sparse stiffness(const SoftTrial& trial) {
 
 }  // namespace
 
-double cantilever_ratio(double poisson) {
+double cantilever_ratio(const FemMethod& method, double poisson) {
   constexpr double L = 10, h = 1, F = 1;
   FemMaterial material = soft_material();
   material.poisson = poisson;
-  SoftTrial beam(block({L, h, h}, {20, 2, 2}), material, methods_of(Family::fem).front()->fem);
+  SoftTrial beam(block({L, h, h}, {20, 2, 2}), material, method);
   Sparse K = stiffness(beam);
   Eigen::VectorXd f = Eigen::VectorXd::Zero(K.rows());
   std::vector<int> tip, held;
@@ -49,7 +49,7 @@ double cantilever_ratio(double poisson) {
   return deflection / (F * L * L * L / (3 * material.young * I) + F * L / (5.0 / 6 * G * h * h));
 }
 
-double cook_ratio(double poisson, int across) {
+double cook_ratio(const FemMethod& method, double poisson, int across) {
   const double quadratic = poisson < 0.4 ? 2.389979 : poisson < 0.495 ? 2.028249 : 1.994894;  // S10, c3d10_32
   FemMaterial material;
   material.young = 240.565;
@@ -57,7 +57,7 @@ double cook_ratio(double poisson, int across) {
   material.density = 1;
   sim::TetMesh mesh = block({1, 1, 4}, {across, across, across / 8});
   for (Vec3& X : mesh.X) X = {48 * X.x(), 44 * X.x() + X.y() * (44 - 28 * X.x()), X.z()};
-  const SoftTrial membrane(mesh, material, methods_of(Family::fem).front()->fem);
+  const SoftTrial membrane(mesh, material, method);
   Sparse K = stiffness(membrane);
   std::vector<int> held;
   int corner = 0;

@@ -6,14 +6,14 @@
 // them.
 namespace crumple::lab::stability {
 
-// Tip of a cantilever of 10 x 1 x 1 m (20 x 2 x 2 cells, linear tets, small deflection, exact solve) over that of
+// Tip of a cantilever of 10 x 1 x 1 m (20 x 2 x 2 cells of the method's elements, small deflection, exact solve) over that of
 // Euler and Bernoulli's beam with Timoshenko's shear, which does not depend on nu but through the shear modulus. Below
 // 1: locking.
-double cantilever_ratio(double poisson);
+double cantilever_ratio(const FemMethod& method, double poisson);
 
 // Cook's membrane in plane strain, a corner's deflection over that of quadratic tets on 32 x 32 cells (the yardstick's
 // S10, CalculiX). across: cells along a side, 8 is S10's L0, 16 its L1. poisson: 0.3, 0.49 or 0.4999. Below 1: locking.
-double cook_ratio(double poisson, int across);
+double cook_ratio(const FemMethod& method, double poisson, int across);
 
 // Lowest elastic frequencies of a free body of at most some hundred nodes and its modes, lumped mass.
 struct Mode {

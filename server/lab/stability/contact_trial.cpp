@@ -59,6 +59,7 @@ BodyId ContactTrial::add_block(const BlockOptions& block) {
         block.round ? disc_mesh(block.size.x(), block.size.y(), block.cells)
                     : *authoring::centred_box_mesh(block.size, block.cells, authoring::Lattice::kuhn));
     model.clamp_limit = block.clamp_limit;
+    model.element = method.element;
     model.material.young = block.young;
     model.material.density = block.density;
     model.material.friction = friction;

@@ -55,15 +55,15 @@ Outcome incompressibility(const Method& method, const Effort& effort) {
     trial.run(2, kDt);
     sound = sound && trial.sound();
     if (!trial.sound() || trial.inverted() > 0) broken += text(" ", nu);
-    const double ratio = cantilever_ratio(nu);
+    const double ratio = cantilever_ratio(method.fem, nu);
     worst = std::max(worst, 1 - ratio);
     locking += text(" ", nu, ": ", ratio);
   }
   std::string cook;
   for (const double nu : {0.3, 0.49, 0.4999}) {
-    const double ratio = cook_ratio(nu, effort.brief ? 8 : 16);
+    const double ratio = cook_ratio(method.fem, nu, effort.brief ? 8 : 16);
     worst = std::max(worst, 1 - ratio);
-    cook += text(" ", nu, ": ", cook_ratio(nu, 8), effort.brief ? "" : text(" and ", ratio));
+    cook += text(" ", nu, ": ", cook_ratio(method.fem, nu, 8), effort.brief ? "" : text(" and ", ratio));
   }
   const std::string found =
       text(broken.empty() ? "every scramble recovers" : "scramble does not recover at nu =" + broken,

@@ -77,6 +77,7 @@ bool stack_stands(const Method& method, double dt) {
   ContactMethod contact;
   contact.material = method.fem.choose;
   contact.integrator = method.fem.integrator;
+  contact.element = method.fem.element;
   ContactTrial trial(contact, dt);
   trial.scene.float_solver = method.fem.float_matrix;
   trial.scene.solver = method.fem.solver;

@@ -24,6 +24,12 @@ FemMethod by_bdf2(void (*choose)(FemMaterial&), bool iterates) {
   return method;
 }
 
+FemMethod of_octahedra() {
+  FemMethod method = fem(default_rotation, nullptr, backward_euler);
+  method.element = sim::fem::ElementKind::smoothed_octahedra;
+  return method;
+}
+
 std::vector<Method> make_methods() {
   const auto tight = [](FemMaterial& m) {
     m.cg_tolerance = 1e-8;
@@ -61,6 +67,11 @@ std::vector<Method> make_methods() {
                  .name = "the same, CG to 1e-8",
                  .family = Family::fem,
                  .fem = by_bdf2(tight, false)});
+  all.push_back({.key = "octahedra",
+                 .name = "smoothed octahedra, SVD, backward Euler, block-Jacobi",
+                 .family = Family::fem,
+                 .mapped = true,
+                 .fem = of_octahedra()});
   all.push_back({.key = "polar-qr",
                  .name = "polar, QR below 6 % of the volume",
                  .family = Family::fem,
@@ -102,6 +113,11 @@ std::vector<Method> make_methods() {
                  .family = Family::contact,
                  .mapped = true,
                  .contact = {.integrator = sim::Integrator::bdf2}});
+  all.push_back({.key = "recovery-octahedra",
+                 .name = "implicit rows with depth recovery, smoothed octahedra",
+                 .family = Family::contact,
+                 .mapped = true,
+                 .contact = {.element = sim::fem::ElementKind::smoothed_octahedra}});
   all.push_back({.key = "raw-1e6",
                  .name = "raw damping, phi = 1e6",
                  .family = Family::contact,
@@ -134,6 +150,10 @@ std::vector<Method> make_methods() {
                  .name = "creep per second, BDF2",
                  .family = Family::plasticity,
                  .fem = by_bdf2(nullptr, true)});
+  all.push_back({.key = "creep-octahedra",
+                 .name = "creep per second, smoothed octahedra",
+                 .family = Family::plasticity,
+                 .fem = of_octahedra()});
   all.push_back({.key = "raw-creep",
                  .name = "creep per update",
                  .family = Family::plasticity,
@@ -144,6 +164,10 @@ std::vector<Method> make_methods() {
                  .name = "toughness in Pa, BDF2",
                  .family = Family::fracture,
                  .fem = by_bdf2(nullptr, true)});
+  all.push_back({.key = "toughness-octahedra",
+                 .name = "toughness in Pa, smoothed octahedra",
+                 .family = Family::fracture,
+                 .fem = of_octahedra()});
   all.push_back({.key = "raw-toughness",
                  .name = "toughness in newtons",
                  .family = Family::fracture,

@@ -42,6 +42,7 @@ struct FemMethod {
   sim::linear_solver::SolveReport (*step)(SoftTrial& trial, double dt) = nullptr;
   StepTimes* times = nullptr;  // takes the processor times of a trial's steps; null: nobody asks
   sim::Integrator integrator = sim::Integrator::backward_euler;  // that `step` goes by: what its decay is held to
+  sim::fem::ElementKind element = sim::fem::ElementKind::linear_tetrahedra;
 };
 
 struct ContactMethod {
@@ -52,6 +53,7 @@ struct ContactMethod {
   void (*push)(ContactTrial& trial) = nullptr;                  // explicit forces before each step; null: none
   StepTimes* times = nullptr;
   sim::Integrator integrator = sim::Integrator::backward_euler;
+  sim::fem::ElementKind element = sim::fem::ElementKind::linear_tetrahedra;  // of soft blocks
 };
 
 struct ExampleMethod {
@@ -66,7 +68,8 @@ struct Method {
   Family family = Family::world;
   Standing standing = Standing::offered;
   bool mapped = false;  // drawn in the heat maps of its family
-  FemMethod fem;  // plasticity: how bodies step, the default where it has no `step`; fracture: its integrator
+  // Plasticity: how bodies step, the default where it has no `step`; fracture: its integrator and element.
+  FemMethod fem;
   ContactMethod contact;
   bool raw = false;  // plasticity: creep per update; fracture: toughness in newtons
   sim::fem::FlowRule flow = sim::fem::FlowRule::additive;  // plasticity

@@ -19,13 +19,9 @@ namespace {
 
 constexpr double kFar = 1e3;  // [m]: no body of a trial has business there
 
-RestBody make_rest(const sim::TetMesh& mesh, const FemMaterial& material) {
-  return std::move(make_rest_body(mesh, material).value());
-}
-
-FemMaterial chosen(FemMaterial material, const FemMethod& method) {
+RestBody make_rest(const sim::TetMesh& mesh, FemMaterial material, const FemMethod& method) {
   if (method.choose) method.choose(material);
-  return material;
+  return std::move(make_rest_body(mesh, material, 0, {}, method.element).value());
 }
 
 }  // namespace
@@ -33,8 +29,9 @@ FemMaterial chosen(FemMaterial material, const FemMethod& method) {
 SoftTrial::SoftTrial(const sim::TetMesh& mesh_, FemMaterial material, const FemMethod& method_)
     : mesh(mesh_),
       method(method_),
-      rest(make_rest(mesh_, chosen(material, method_))),
-      state{mesh.X, std::vector<Vec3>(mesh.X.size(), Vec3::Zero()), std::vector<Mat3>(mesh.tets.size(), Mat3::Zero())},
+      rest(make_rest(mesh_, material, method_)),
+      state{mesh.X, std::vector<Vec3>(mesh.X.size(), Vec3::Zero()),
+            std::vector<Mat3>(rest.point_count(), Mat3::Zero())},
       force(Eigen::VectorXd::Zero(3 * mesh.node_count())),
       scratch(method_.float_matrix) {}
 
@@ -74,6 +71,7 @@ double SoftTrial::kinetic() const {
 }
 
 double SoftTrial::elastic() const {
+  if (rest.smoothed()) return elastic_energy(rest, mesh.tets, state.x, state.plastic_strain);
   double sum = 0;
   for (int t = 0; t < mesh.tet_count(); ++t) {
     const Mat34 x = gather(state.x, mesh.tets[t]);

@@ -81,6 +81,14 @@ TEST(StabilityContact, StoredFrictionDoesNotKick) {
   EXPECT_GT(outcome_of(22, "penalty").value, 1000);  // no friction: it slides
 }
 
+TEST(StabilityContact, BlocksOfOctahedraPartAndDoNotSinkOrSlide) {
+  ContactTrial trial(find_method("recovery-octahedra")->contact);
+  const BodyId block = trial.add_block({});
+  EXPECT_EQ(std::get<sim::FemModel>(trial.scene.bodies[block].model).element,
+            sim::fem::ElementKind::smoothed_octahedra);
+  for (const int row : {19, 21, 22}) expect_verdict(row, "recovery-octahedra", Verdict::pass);
+}
+
 TEST(StabilityContact, TheGuardIsOffUnlessAMethodIsWithIt) {
   EXPECT_TRUE(ContactTrial(find_method("recovery")->contact).scene.unguarded);
   EXPECT_FALSE(ContactTrial(find_method("guarded")->contact).scene.unguarded);

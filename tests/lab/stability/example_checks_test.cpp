@@ -59,6 +59,23 @@ TEST(StabilityPlasticity, CreepPerUpdateDependsOnTheStepCreepPerSecondDoesNot) {
   expect_verdict(27, "creep", Verdict::pass);
 }
 
+TEST(StabilityPlasticity, OctahedraFlowAndBreakWithinTheirBounds) {
+  expect_verdict(26, "creep-octahedra", Verdict::pass);
+  expect_verdict(23, "toughness-octahedra", Verdict::pass);
+  expect_verdict(25, "toughness-octahedra", Verdict::pass);
+}
+
+TEST(StabilityPlasticity, OnlyThePapersFlowHasGhostMomentsWhateverTheElement) {
+  const std::string end = "ghost moment is up to ";
+  const auto moment = [&](const char* method) {
+    const std::string text = outcome_of(26, method).text;
+    return std::stod(text.substr(text.find(end) + end.size()));
+  };
+  EXPECT_LT(moment("deviatoric"), 1e-12);
+  EXPECT_NEAR(moment("creep"), 0.22, 0.05);
+  EXPECT_NEAR(moment("creep-octahedra"), 0.21, 0.05);
+}
+
 TEST(StabilityWorld, BadInputIsRefusedAndTouchesNobody) { expect_verdict(17, "core", Verdict::pass); }
 
 TEST(StabilityFracture, NoPieceIsTooSmallAndNoLinkIsAJoint) { expect_verdict(24, "core", Verdict::pass); }

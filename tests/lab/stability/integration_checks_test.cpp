@@ -19,6 +19,7 @@ TEST(StabilityIntegration, ExplicitStepsFailAtGameStepsImplicitOnesDoNot) {
 TEST(StabilityIntegration, BackwardEulerDampsByItsFormula) {
   expect_verdict(15, "svd", Verdict::pass);
   expect_verdict(15, "direct", Verdict::pass);
+  expect_verdict(15, "octahedra", Verdict::pass);
   EXPECT_GT(outcome_of(15, "explicit").value, 0.1);  // hardly damps
   EXPECT_LT(outcome_of(15, "direct").value, 1e-6);   // a second of S12's swing is its modes', too
 }
@@ -88,11 +89,16 @@ TEST(StabilityIntegration, FreeModesAreAscendingAndCarryNoMomentum) {
   }
 }
 
-TEST(StabilityIntegration, LinearTetsLockMoreTheNearerToIncompressible) {
-  EXPECT_GT(cantilever_ratio(0.3), 0.4);
-  EXPECT_LT(cantilever_ratio(0.3), 1);
-  EXPECT_LT(cantilever_ratio(0.49), cantilever_ratio(0.3));
-  EXPECT_LT(cantilever_ratio(0.4999), 0.1);
+TEST(StabilityIntegration, LinearTetsLockMoreTheNearerToIncompressibleAndOctahedraLess) {
+  const FemMethod& tets = find_method("svd")->fem;
+  EXPECT_GT(cantilever_ratio(tets, 0.3), 0.4);
+  EXPECT_LT(cantilever_ratio(tets, 0.3), 1);
+  EXPECT_LT(cantilever_ratio(tets, 0.49), cantilever_ratio(tets, 0.3));
+  EXPECT_LT(cantilever_ratio(tets, 0.4999), 0.1);
+  const FemMethod& octahedra = find_method("octahedra")->fem;
+  EXPECT_GT(cantilever_ratio(octahedra, 0.3), 0.85);
+  EXPECT_GT(cantilever_ratio(octahedra, 0.49), 0.5);
+  EXPECT_GT(cook_ratio(octahedra, 0.3, 8), cook_ratio(tets, 0.3, 8));
 }
 
 }  // namespace
