@@ -1,13 +1,13 @@
 #include "server/sim/bodies/soft_skin.h"
 
 #include <algorithm>
+#include <unordered_map>
 
 namespace crumple::sim {
 SoftSkin::SoftSkin(const FemModel& model, bool breakable, const SharedFaces& faces) {
   if (model.splinters) {
     splinters_ = model.splinters;
     carried_.emplace(*splinters_, *model.mesh, faces);
-    tet_at_rest_ = carried_->vertices().tet;
   } else if (model.render && !breakable) {
     embedding_ = embed(model.render->vertices, *model.mesh);
     triangles_ = model.render->triangles;
@@ -25,29 +25,28 @@ void SoftSkin::rebuild(const SoftShape& shape, const SharedFaces& faces, std::sp
   }
 }
 
-// What lies between splinters that are whole is left out, and what they have in common is drawn once.
+// What nobody sees is left out, and what is at the same place in the same tet is one vertex.
 void SoftSkin::draw_splinters() {
   const SplinterMesh& mesh = *splinters_;
   const Embedding& at = carried_->vertices();
-  const auto is_hidden = [&](const SplinterMesh::Patch& patch) {
-    return carried_->is_whole(patch.splinter) && std::ranges::all_of(patch.others, [&](int s) { return carried_->is_whole(s); });
-  };
-  std::vector<char> hidden;
-  for (const SplinterMesh::Patch& patch : mesh.patches) hidden.push_back(is_hidden(patch));
   triangles_.clear();
   embedding_ = {};
-  std::vector<int> drawn(mesh.surface.vertices.size(), -1);
+  std::vector<int> drawn(mesh.surface.vertices.size(), -1);         // of the lowest vertex at the same place
+  std::unordered_map<std::uint64_t, int> elsewhere;  // of those that are in other tets than it
   const auto draw = [&](int v) {
-    if (const int twin = carried_->twin(v); at.tet[v] == tet_at_rest_[v] && at.tet[twin] == tet_at_rest_[v]) v = twin;
-    if (drawn[v] < 0) {
-      drawn[v] = static_cast<int>(embedding_.tet.size());
+    const int lowest = carried_->twin(v);
+    const bool together = at.tet[v] == at.tet[lowest];
+    const auto place = (static_cast<std::uint64_t>(lowest) << 32) | static_cast<std::uint32_t>(at.tet[v]);
+    int& id = together ? drawn[lowest] : elsewhere.try_emplace(place, -1).first->second;
+    if (id < 0) {
+      id = static_cast<int>(embedding_.tet.size());
       embedding_.tet.push_back(at.tet[v]);
       embedding_.weights.push_back(at.weights[v]);
     }
-    return drawn[v];
+    return id;
   };
   for (std::size_t t = 0; t < mesh.surface.triangles.size(); ++t) {
-    if (mesh.patch[t] >= 0 && hidden[mesh.patch[t]]) continue;
+    if (mesh.patch[t] >= 0 && carried_->is_hidden(mesh.patch[t])) continue;
     Triangle triangle = mesh.surface.triangles[t];
     for (int& v : triangle) v = draw(v);
     triangles_.push_back(triangle);

@@ -53,7 +53,6 @@ class SoftSkin {
 
   std::shared_ptr<const SplinterMesh> splinters_;
   std::optional<SplinterEmbedding> carried_;
-  std::vector<int> tet_at_rest_;     // of splinters' vertices
   bool draws_tets_ = false;
   std::vector<Triangle> triangles_;  // of what is drawn, which are nodes or
   std::vector<NodeRef> nodes_;

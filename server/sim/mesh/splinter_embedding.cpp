@@ -30,12 +30,25 @@ std::vector<int> twins(const std::vector<Vec3>& vertices) {
 }  // namespace
 
 SplinterEmbedding::SplinterEmbedding(const SplinterMesh& splinters, const TetMesh& mesh, const SharedFaces& faces)
-    : rest_(splinters.surface.vertices), twin_(twins(rest_)), vertices_(embed(rest_, mesh)), whole_(splinters.count, 1),
-      near_at_rest_(splinters.count, 0), vertex_begin_(splinters.count + 1, 0), near_begin_{0}, link_begin_{0},
+    : rest_(splinters.surface.vertices), twin_(twins(rest_)), vertices_(embed(rest_, mesh)),
+      vertex_begin_(splinters.count + 1, 0), near_begin_{0}, link_begin_{0}, patches_(splinters.patches),
+      corners_(patches_.size()), own_(splinters.count), against_(splinters.count), closed_(patches_.size(), 0),
       touched_(splinters.count, 0) {
   for (std::size_t v = 0; v < rest_.size(); ++v) {
     vertices_.tet[v] = vertices_.tet[twin_[v]];
     vertices_.weights[v] = vertices_.weights[twin_[v]];
+  }
+  tet_at_rest_ = vertices_.tet;
+  for (std::size_t t = 0; t < splinters.patch.size(); ++t) {
+    if (splinters.patch[t] < 0) continue;
+    std::vector<int>& corners = corners_[splinters.patch[t]];
+    corners.insert(corners.end(), splinters.surface.triangles[t].begin(), splinters.surface.triangles[t].end());
+  }
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    std::ranges::sort(corners_[p]);
+    corners_[p].erase(std::unique(corners_[p].begin(), corners_[p].end()), corners_[p].end());
+    own_[patches_[p].splinter].push_back(static_cast<int>(p));
+    for (const int s : patches_[p].others) against_[s].push_back(static_cast<int>(p));
   }
   for (const int s : splinters.splinter) ++vertex_begin_[s + 1];
   std::partial_sum(vertex_begin_.begin(), vertex_begin_.end(), vertex_begin_.begin());
@@ -56,7 +69,8 @@ SplinterEmbedding::SplinterEmbedding(const SplinterMesh& splinters, const TetMes
       centroid += rest_[v] / static_cast<double>(own.size());
     }
     home_.push_back(tree.nearest(centroid).tet);
-    std::vector<int> near = tree.near(box);
+    const Vec3 spare = Vec3::Constant(1e-6 * box.diagonal().norm());  // so that what lies against it has no tets of its own
+    std::vector<int> near = tree.near({box.min() - spare, box.max() + spare});
     near.push_back(home_.back());
     for (const int v : own) near.push_back(vertices_.tet[v]);  // a vertex outside of all tets has one outside of the box
     std::ranges::sort(near);
@@ -74,9 +88,10 @@ SplinterEmbedding::SplinterEmbedding(const SplinterMesh& splinters, const TetMes
     link_begin_.push_back(static_cast<int>(links_.size()));
     near_.insert(near_.end(), near.begin(), near.end());
     near_begin_.push_back(static_cast<int>(near_.size()));
-    near_at_rest_[s] = reach(s, faces);
+    connected_.resize(near_.size());
     settle(s, faces);
   }
+  for (int s = 0; s < splinters.count; ++s) look_at_patches_of(s);
   user_begin_.push_back(0);
   for (const std::vector<int>& near : users) {
     user_.insert(user_.end(), near.begin(), near.end());
@@ -93,44 +108,61 @@ void SplinterEmbedding::follow(const SharedFaces& faces, std::span<const int> pa
       some.push_back(user_[u]);
     }
   }
+  for (const int s : some) settle(s, faces);
   for (const int s : some) {
-    settle(s, faces);
+    look_at_patches_of(s);
     touched_[s] = 0;
   }
 }
 
-// Leaves in group_ the connected groups of near tets, each under its lowest; returns how many tets the home's has.
-int SplinterEmbedding::reach(int splinter, const SharedFaces& faces) {
-  const std::span<const int> near(near_.begin() + near_begin_[splinter], near_.begin() + near_begin_[splinter + 1]);
+void SplinterEmbedding::settle(int splinter, const SharedFaces& faces) {
+  const int first = near_begin_[splinter];
+  const std::span<const int> near(near_.begin() + first, near_.begin() + near_begin_[splinter + 1]);
+  const auto local = [&](int tet) { return std::ranges::lower_bound(near, tet) - near.begin(); };
   group_.resize(near.size());
   std::iota(group_.begin(), group_.end(), 0);
   for (int l = link_begin_[splinter]; l < link_begin_[splinter + 1]; ++l)
     if (faces.is_whole(links_[l].face)) unite(group_, links_[l].a, links_[l].b);
-  for (int& g : group_) g = find_root(group_, g);
-  const auto home = std::ranges::lower_bound(near, home_[splinter]) - near.begin();
-  return static_cast<int>(std::ranges::count(group_, group_[home]));
-}
+  const int home = find_root(group_, static_cast<int>(local(home_[splinter])));
+  for (std::size_t k = 0; k < near.size(); ++k) connected_[first + k] = find_root(group_, static_cast<int>(k)) == home;
 
-void SplinterEmbedding::settle(int splinter, const SharedFaces& faces) {
-  const int connected = reach(splinter, faces);
-  whole_[splinter] = connected == near_at_rest_[splinter];
-  const int first = near_begin_[splinter];
-  const std::span<const int> near(near_.begin() + first, near_.begin() + near_begin_[splinter + 1]);
-  const auto local = [&](int tet) { return std::ranges::lower_bound(near, tet) - near.begin(); };
-  const int home_group = group_[local(home_[splinter])];
   for (int i = vertex_begin_[splinter]; i < vertex_begin_[splinter + 1]; ++i) {
     const int v = vertex_id_[i];
-    if (group_[local(vertices_.tet[v])] == home_group) continue;
+    if (connected_[first + local(vertices_.tet[v])]) continue;
     std::size_t best = 0;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < near.size(); ++k) {
-      if (group_[k] != home_group) continue;
+      if (!connected_[first + k]) continue;
       const double distance = squared_distance(near_corners_[first + k], rest_[v]);
       if (distance < least) least = distance, best = k;
     }
     vertices_.tet[v] = near[best];
     vertices_.weights[v] = barycentric(near_corners_[first + best], rest_[v]);
   }
+}
+
+void SplinterEmbedding::look_at_patches_of(int splinter) {
+  for (const auto* patches : {&own_[splinter], &against_[splinter]})
+    for (const int p : *patches) closed_[p] = is_closed(p);
+}
+
+bool SplinterEmbedding::is_closed(int patch) const {
+  const auto parted = [&](int splinter, int tet) {  // where the splinter has it near at all
+    const auto begin = near_.begin() + near_begin_[splinter], end = near_.begin() + near_begin_[splinter + 1];
+    const auto at = std::lower_bound(begin, end, tet);
+    return at != end && *at == tet && !connected_[at - near_.begin()];
+  };
+  return std::ranges::all_of(corners_[patch], [&](int v) {
+    return vertices_.tet[v] == tet_at_rest_[v] &&
+           std::ranges::none_of(patches_[patch].others, [&](int s) { return parted(s, tet_at_rest_[v]); });
+  });
+}
+
+bool SplinterEmbedding::is_hidden(int patch) const {
+  const auto& [own, others] = patches_[patch];
+  return closed_[patch] && std::ranges::all_of(against_[own], [&](int p) {
+    return closed_[p] || std::ranges::find(others, patches_[p].splinter) == others.end();
+  });
 }
 
 }  // namespace crumple::sim

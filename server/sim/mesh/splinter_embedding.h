@@ -27,27 +27,33 @@ class SplinterEmbedding {
   // The lowest vertex at the same place at rest, to a thousandth of a millionth of the whole. They belong to the same tet to
   // begin with.
   int twin(int vertex) const { return twin_[vertex]; }
-  // All tets near it are still connected to its home: what lies against it cannot be seen.
-  bool is_whole(int splinter) const { return whole_[splinter] != 0; }
+  // Nobody sees the patch: its corners, and those of what lies against it, are where they were at rest, in tets that are
+  // connected to the homes of both.
+  bool is_hidden(int patch) const;
 
  private:
   void settle(int splinter, const SharedFaces& faces);
-  int reach(int splinter, const SharedFaces& faces);
+  void look_at_patches_of(int splinter);
+  bool is_closed(int patch) const;
 
   std::vector<Vec3> rest_;                      // of vertices [m]
   std::vector<int> twin_;
   Embedding vertices_;
+  std::vector<int> tet_at_rest_;
   std::vector<int> home_;
-  std::vector<char> whole_;
-  std::vector<int> near_at_rest_;               // how many near tets are connected to the home at rest
   std::vector<int> vertex_begin_, vertex_id_;   // the vertices of each splinter
   std::vector<int> near_begin_, near_;          // the tets near each splinter, ascending
   std::vector<Mat34> near_corners_;             // of these at rest [m]
+  std::vector<char> connected_;                 // likewise: to the home
   std::vector<int> link_begin_;                 // of each splinter, into links_
   struct Link { int face, a, b; };              // a, b: of the splinter's near tets
   std::vector<Link> links_;
   std::vector<int> user_begin_, user_;          // the splinters near each shared face
-  std::vector<int> group_;                      // scratch of reach: one a near tet
+  std::vector<SplinterMesh::Patch> patches_;
+  std::vector<std::vector<int>> corners_;       // vertices of each patch
+  std::vector<std::vector<int>> own_, against_; // patches of each splinter, and those that lie against it
+  std::vector<char> closed_;                    // of patches: as far as their own corners go
+  std::vector<int> group_;                      // scratch of settle: one a near tet
   std::vector<char> touched_;                   // scratch of follow
 };
 

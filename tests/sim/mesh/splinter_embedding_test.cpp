@@ -109,9 +109,6 @@ TEST(SplinterEmbedding, StaysWholeOnTheSideOfItsCentroidWhenTheBarParts) {
   EXPECT_LT(worst_stretch(bar.splinters, x), 1e-12);
   for (int v = 0; v < 4; ++v) EXPECT_LT(x[v].x(), 2.5);   // the first stays
   for (int v = 4; v < 8; ++v) EXPECT_GT(x[v].x(), 6.5);   // the second goes
-  EXPECT_FALSE(embedding.is_whole(0));
-  EXPECT_FALSE(embedding.is_whole(1));
-  EXPECT_TRUE(embedding.is_whole(2));
 }
 
 TEST(SplinterEmbedding, WithoutReassociationItWouldBeDrawnOut) {
@@ -134,6 +131,40 @@ TEST(SplinterEmbedding, TheOrderInWhichFacesPartDoesNotMatter) {
   }
   EXPECT_EQ(at_once.vertices().tet, by_turns.vertices().tet);
   EXPECT_EQ(at_once.vertices().weights, by_turns.vertices().weights);
+}
+
+// Two bricks, [low, 2.1] and [2.1, high] along the bar, across the cut at x = 2 or beside it: their faces at 2.1 lie on each other.
+SplinterMesh two_bricks(double low, double high) {
+  SplinterMesh mesh;
+  const auto add = [&](double from, double to, int across) {
+    const int first = static_cast<int>(mesh.surface.vertices.size());
+    for (const double x : {from, to})
+      for (const Vec3& p : {Vec3(x, 0.2, 0.3), Vec3(x, 0.8, 0.3), Vec3(x, 0.5, 0.8)}) mesh.surface.vertices.push_back(p);
+    mesh.splinter.resize(mesh.surface.vertices.size(), mesh.count);
+    for (const Triangle& t : {Triangle{0, 2, 1}, {3, 4, 5}, {0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}, {2, 0, 3}, {2, 3, 5}}) {
+      mesh.surface.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      mesh.patch.push_back(static_cast<int>(mesh.surface.triangles.size()) - 1 == across ? mesh.count : -1);
+    }
+    mesh.patches.push_back({mesh.count, {1 - mesh.count}});
+    ++mesh.count;
+  };
+  add(low, 2.1, 1);
+  add(2.1, high, 8);
+  return mesh;
+}
+
+TEST(SplinterEmbedding, FacesBetweenSplintersAreHiddenUntilACrackPartsThem) {
+  for (const bool apart : {false, true}) {
+    Bar bar;
+    const SplinterMesh mesh = two_bricks(apart ? 1.5 : 2.05, 2.4);  // the first is at home left of the cut, or right as the second
+    ASSERT_TRUE(validate(mesh, "mesh")) << validate(mesh, "mesh").error().text();
+    SplinterEmbedding embedding(mesh, bar.mesh, bar.faces);
+    EXPECT_TRUE(embedding.is_hidden(0) && embedding.is_hidden(1));
+    bar.cut_nodes(bar.nodes_in_middle());
+    embedding.follow(bar.faces, bar.part());
+    EXPECT_EQ(embedding.is_hidden(0), !apart);
+    EXPECT_EQ(embedding.is_hidden(1), !apart);
+  }
 }
 
 TEST(SharedFaces, EachInnerFaceOfALatticeIsSharedOnceAndPartsOnce) {
