@@ -143,7 +143,7 @@ bool PageSession::watch_world(WorldId world) {
         json["time"] = event->time;
         for (const DustParticle& grain : event->particles) {
           for (const Vec3f& v : {grain.position, grain.velocity}) {
-            for (const float number : v) json["particles"].push_back(std::isfinite(number) ? number : 0);
+            for (const float number : v) json["particles"].push_back(std::isfinite(number) ? std::round(1e3 * number) / 1e3 : 0.0);  // millimetres
           }
         }
       }

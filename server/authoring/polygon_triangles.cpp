@@ -32,9 +32,16 @@ class FlatFace {
     u_ = (axis + 1) % 3;
     v_ = (axis + 2) % 3;
     if (normal[axis] < 0) std::swap(u_, v_);
+    double reach = 0;
+    for (const std::vector<int>& loop : loops)
+      for (const int p : loop) reach = std::max(reach, (at(p) - at(loops.front().front())).norm());
+    same_ = 1e-12 * reach;
   }
 
   Vec2 at(int p) const { return {points_[p][u_], points_[p][v_]}; }
+
+  // A cut through a vertex leaves several points in its place.
+  bool same(int p, int q) const { return (at(p) - at(q)).norm() <= same_; }
 
   double area(const std::vector<int>& loop) const {
     double twice = 0;
@@ -43,9 +50,13 @@ class FlatFace {
   }
 
   bool is_convex(const std::vector<int>& loop) const {
-    const std::size_t n = loop.size();
+    std::vector<int> apart;
+    for (const int p : loop)
+      if (apart.empty() || !same(p, apart.back())) apart.push_back(p);
+    while (apart.size() > 1 && same(apart.front(), apart.back())) apart.pop_back();
+    const std::size_t n = apart.size();
     for (std::size_t k = 0; k < n; ++k)
-      if (turn(at(loop[k]), at(loop[(k + 1) % n]), at(loop[(k + 2) % n])) < 0) return false;
+      if (turn(at(apart[k]), at(apart[(k + 1) % n]), at(apart[(k + 2) % n])) < 0) return false;
     return true;
   }
 
@@ -92,9 +103,10 @@ class FlatFace {
   bool is_ear(const std::vector<int>& loop, std::size_t k) const {
     const std::size_t n = loop.size();
     const int a = loop[(k + n - 1) % n], b = loop[k], c = loop[(k + 1) % n];
+    if (same(a, b) || same(b, c)) return true;
     if (turn(at(a), at(b), at(c)) <= 0) return false;
     return std::ranges::none_of(loop, [&](int p) {
-      if (p == a || p == b || p == c) return false;
+      if (same(p, a) || same(p, b) || same(p, c)) return false;
       const Vec2 q = at(p);
       return turn(at(a), at(b), q) >= 0 && turn(at(b), at(c), q) >= 0 && turn(at(c), at(a), q) >= 0;
     });
@@ -118,24 +130,39 @@ class FlatFace {
  private:
   std::span<const Vec3> points_;
   int u_, v_;
+  double same_;  // [m]
 };
 
 }  // namespace
 
-std::vector<Triangle> triangles_of(std::span<const Vec3> points, const std::vector<std::vector<int>>& loops) {
+std::vector<LoopGroup> grouped(std::span<const Vec3> points, const std::vector<std::vector<int>>& loops) {
+  if (loops.size() == 1) return {loops};
   const FlatFace face(points, loops);
-  std::vector<std::vector<int>> outer, holes;
-  for (const std::vector<int>& loop : loops) (face.area(loop) >= 0 || loops.size() == 1 ? outer : holes).push_back(loop);
-  for (const std::vector<int>& hole : holes) {
-    const auto around = std::ranges::find_if(outer, [&](const auto& loop) { return face.encloses(loop, hole.front()); });
-    if (around != outer.end()) {
-      face.join(*around, hole);
-    } else if (!outer.empty()) {
-      face.join(outer.front(), hole);
+  std::vector<LoopGroup> groups;
+  std::vector<const std::vector<int>*> holes;
+  for (const std::vector<int>& loop : loops) {
+    if (face.area(loop) >= 0) {
+      groups.push_back({loop});
+    } else {
+      holes.push_back(&loop);
     }
   }
+  if (groups.empty()) return {loops};
+  for (const std::vector<int>* hole : holes) {
+    const auto around = std::ranges::find_if(groups, [&](const LoopGroup& group) { return face.encloses(group.front(), hole->front()); });
+    (around == groups.end() ? groups.front() : *around).push_back(*hole);
+  }
+  return groups;
+}
+
+std::vector<Triangle> triangles_of(std::span<const Vec3> points, const std::vector<std::vector<int>>& loops) {
+  const FlatFace face(points, loops);
   std::vector<Triangle> triangles;
-  for (std::vector<int>& loop : outer) face.cut_ears(std::move(loop), triangles);
+  for (const LoopGroup& group : grouped(points, loops)) {
+    std::vector<int> around = group.front();
+    for (std::size_t hole = 1; hole < group.size(); ++hole) face.join(around, group[hole]);
+    face.cut_ears(std::move(around), triangles);
+  }
   return triangles;
 }
 

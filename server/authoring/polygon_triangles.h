@@ -7,6 +7,10 @@
 
 namespace crumple::authoring {
 
+// Loops in a plane, grouped: one that runs round something, then the holes that it encloses.
+using LoopGroup = std::vector<std::vector<int>>;
+std::vector<LoopGroup> grouped(std::span<const Vec3> points, const std::vector<std::vector<int>>& loops);
+
 // Triangles of a flat face by cutting off ears, with the face's own points alone. points: of the solid; loops: ids of
 // points, outer ones counter-clockwise seen along -normal, holes clockwise. Holes are joined to the loop around them by
 // the shortest bridge that crosses nothing. Loops that touch or are folded by rounding give thin triangles, never fewer

@@ -1,6 +1,7 @@
 #include "server/authoring/polyhedron.h"
 
 #include "common/text.h"
+#include "server/authoring/polygon_triangles.h"
 #include "server/sim/mesh/disjoint_sets.h"
 
 #include <Eigen/Geometry>
@@ -46,16 +47,17 @@ class Clipper {
     if (above == 0) return std::move(solid_);
     if (above == std::ssize(height_)) return {};
     new_id_.assign(height_.size(), -1);
-    for (const Polyhedron::Face& face : solid_.faces) {
-      Polyhedron::Face rest{face.label, below(face)};
-      if (!rest.loops.empty()) cut_.faces.push_back(std::move(rest));
-    }
-    Polyhedron::Face cap{label, chain(std::move(cap_edges_))};
-    if (!cap.loops.empty()) cut_.faces.push_back(std::move(cap));
+    for (const Polyhedron::Face& face : solid_.faces) add_faces(face.label, below(face));
+    add_faces(label, chain(std::move(cap_edges_)));
     return std::move(cut_);
   }
 
  private:
+  void add_faces(int label, const std::vector<std::vector<int>>& loops) {
+    if (loops.empty()) return;
+    for (LoopGroup& group : grouped(cut_.points, loops)) cut_.faces.push_back({label, std::move(group)});
+  }
+
   // The loops of what is left of a face: each way below the plane goes on with the one that begins where it leaves, straight
   // across the face; the cap goes back there.
   std::vector<std::vector<int>> below(const Polyhedron::Face& face) {
@@ -152,7 +154,7 @@ class Clipper {
 
 }  // namespace
 
-Result<Polyhedron> polyhedron_of(const sim::SurfaceMesh& surface, int label) {
+Result<Polyhedron> polyhedron_of(const sim::SurfaceMesh& surface) {
   Polyhedron solid;
   const auto before = [](const Vec3& a, const Vec3& b) { return std::ranges::lexicographical_compare(a, b); };
   std::map<Vec3, int, decltype(before)> at(before);
@@ -170,20 +172,23 @@ Result<Polyhedron> polyhedron_of(const sim::SurfaceMesh& surface, int label) {
       const int a = loop[k], b = loop[(k + 1) % 3];
       open[std::minmax(a, b)] += a < b ? 1 : -1;
     }
-    solid.faces.push_back({label, {loop}});
+    solid.faces.push_back({Polyhedron::kOutside, {loop}});
   }
-  const auto holes = std::ranges::count_if(open, [](const auto& edge) { return edge.second != 0; });
-  if (holes > 0) return invalid("", text("is an open surface (", holes, " of its edges have no other side), must be closed"));
+  const auto unpaired = std::ranges::count_if(open, [](const auto& edge) { return edge.second != 0; });
+  if (unpaired > 0)
+    return invalid("", text("has ", unpaired, " edges at which its triangles do not meet in pairs that run the same way round, must be closed"));
+  if (const double inside = volume(solid); !(inside > 0))
+    return invalid("", text("encloses ", inside, " m^3, must be above 0: triangles run counter-clockwise seen from outside"));
   return solid;
 }
 
-Polyhedron polyhedron_of(const Eigen::AlignedBox3d& box, int label) {
+Polyhedron polyhedron_of(const Eigen::AlignedBox3d& box) {
   Polyhedron solid;
   for (int corner = 0; corner < 8; ++corner)
     solid.points.push_back(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
   for (const std::vector<int>& loop : std::vector<std::vector<int>>{
            {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}})
-    solid.faces.push_back({label, {loop}});
+    solid.faces.push_back({Polyhedron::kOutside, {loop}});
   return solid;
 }
 
@@ -205,6 +210,41 @@ double volume(const Polyhedron& solid) {
   }
   return six / 6;
 }
+
+namespace {
+
+Eigen::AlignedBox3d box_of(const Polyhedron& solid) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& p : solid.points) box.extend(p);
+  return box;
+}
+
+void append(Polyhedron& to, const Polyhedron& part) {
+  const int first = static_cast<int>(to.points.size());
+  to.points.insert(to.points.end(), part.points.begin(), part.points.end());
+  for (Polyhedron::Face face : part.faces) {
+    for (std::vector<int>& loop : face.loops)
+      for (int& p : loop) p += first;
+    to.faces.push_back(std::move(face));
+  }
+}
+
+// A cavity is of the least part around it.
+std::vector<Polyhedron> with_cavities(std::vector<Polyhedron> found) {
+  if (found.size() < 2) return found;
+  std::vector<Polyhedron> solids, cavities;
+  for (Polyhedron& part : found) (volume(part) < 0 ? cavities : solids).push_back(std::move(part));
+  for (const Polyhedron& cavity : cavities) {
+    const Eigen::AlignedBox3d box = box_of(cavity);
+    Polyhedron* around = nullptr;
+    for (Polyhedron& solid : solids)
+      if (box_of(solid).contains(box) && (!around || volume(solid) < volume(*around))) around = &solid;
+    if (around) append(*around, cavity);
+  }
+  return solids;
+}
+
+}  // namespace
 
 std::vector<Polyhedron> parts(const Polyhedron& solid) {
   std::vector<int> part(solid.points.size());
@@ -233,7 +273,7 @@ std::vector<Polyhedron> parts(const Polyhedron& solid) {
       }
     }
   }
-  return found;
+  return with_cavities(std::move(found));
 }
 
 }  // namespace crumple::authoring

@@ -12,9 +12,10 @@ namespace crumple::authoring {
 // a -> b of a loop there is an edge b -> a of another. That is all `clip` asks for, and what it keeps, so that rounding
 // can make a face thin but never leave a hole.
 struct Polyhedron {
+  static constexpr int kOutside = -1;  // label of faces that nothing lies against
   struct Face {
-    int label = 0;
-    std::vector<std::vector<int>> loops;  // point ids; counter-clockwise seen from outside, holes clockwise
+    int label = kOutside;
+    std::vector<std::vector<int>> loops;  // point ids: one counter-clockwise seen from outside, then holes, clockwise
   };
   std::vector<Vec3> points;
   std::vector<Face> faces;
@@ -22,10 +23,10 @@ struct Polyhedron {
   bool is_empty() const { return faces.empty(); }
 };
 
-// The solid inside a closed surface; vertices at the same place are one. Its faces have the label given. INVALID if the
-// surface is open: the message names how many edges have no other side.
-Result<Polyhedron> polyhedron_of(const sim::SurfaceMesh& surface, int label);
-Polyhedron polyhedron_of(const Eigen::AlignedBox3d& box, int label);
+// The solid inside a closed surface; vertices at exactly the same place are one. Its faces are kOutside. INVALID if
+// the surface is open, does not run the same way round everywhere, or encloses no volume: the message says which.
+Result<Polyhedron> polyhedron_of(const sim::SurfaceMesh& surface);
+Polyhedron polyhedron_of(const Eigen::AlignedBox3d& box);
 
 // The part where normal . p <= offset. What the plane cuts open is closed by a face with `label`.
 Polyhedron clip(Polyhedron solid, const Vec3& normal, double offset, int label);
@@ -33,7 +34,7 @@ Polyhedron clip(Polyhedron solid, const Vec3& normal, double offset, int label);
 // Volume [m^3], by the divergence theorem over the loops.
 double volume(const Polyhedron& solid);
 
-// The parts that have no point in common.
+// The parts that have no point in common, cavities with what is around them.
 std::vector<Polyhedron> parts(const Polyhedron& solid);
 
 }  // namespace crumple::authoring

@@ -16,47 +16,62 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
-constexpr int kOutside = -1;  // label of the box's own faces
+constexpr double kMostCubes = 1e7;
 
 Result<void> check_count(double count) {
   if (count <= kMaxSplinterCells) return {};
-  return invalid("size", text("makes ", static_cast<std::int64_t>(count), " splinters, must make at most ", kMaxSplinterCells));
+  return invalid("size", text("makes about ", count, " splinters, must make at most ", kMaxSplinterCells));
 }
 
-// Points with one in each unit cube of a lattice over the box.
+// Points of which each unit cube of a lattice has one, where it may be of use.
 struct Sites {
-  Vec3 low;                  // of the lattice
-  std::array<int, 3> cubes;  // lattice cubes along each axis
-  std::vector<Vec3> points;  // one a cube, x first
+  std::array<int, 3> cubes;   // lattice cubes along each axis
+  std::vector<int> of_cube;   // site of each, x first; -1: none
+  std::vector<Vec3> points;
 
-  int at(int i, int j, int k) const { return i + cubes[0] * (j + cubes[1] * k); }
+  int at(int i, int j, int k) const { return of_cube[i + cubes[0] * (j + cubes[1] * k)]; }
 };
 
-Result<Sites> scatter_sites(const Box& box, std::uint64_t seed) {
-  Sites sites{box.min(), {1, 1, 1}, {}};
+// In space y = A x, around a box of x. A point of the box has a site within the diagonal of a cube: sites that are further
+// from the box have no part in it.
+Result<Sites> scatter_sites(const Box& box, const Mat3& A, std::uint64_t seed) {
+  Box scaled;
+  for (int c = 0; c < 8; ++c) scaled.extend(A * box.corner(static_cast<Box::CornerType>(c)));
+  Sites sites{{1, 1, 1}, {}, {}};
   double count = 1;
   for (int a = 0; a < 3; ++a) {
-    const double cubes = std::max(1.0, std::ceil(box.sizes()[a]));
+    const double cubes = std::max(1.0, std::ceil(scaled.sizes()[a]));
+    if (auto fits = check_count(cubes); !fits) return std::unexpected(fits.error());
     count *= cubes;
-    if (auto fits = check_count(count); !fits) return std::unexpected(fits.error());
     sites.cubes[a] = static_cast<int>(cubes);
   }
+  if (count > kMostCubes) return std::unexpected(check_count(count).error());
+  const Mat3 back = A.inverse();
+  const auto is_far = [&](const Vec3& y) {
+    const Vec3 x = back * y;
+    for (int a = 0; a < 3; ++a)  // beyond a face of the box
+      if (std::max(x[a] - box.max()[a], box.min()[a] - x[a]) > std::sqrt(3.0) * back.row(a).norm()) return true;
+    return false;
+  };
   std::mt19937_64 random(seed);
   const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   for (int k = 0; k < sites.cubes[2]; ++k)
     for (int j = 0; j < sites.cubes[1]; ++j)
       for (int i = 0; i < sites.cubes[0]; ++i) {
-        sites.points.push_back(sites.low + Vec3(i + unit(), j + unit(), k + unit()));
+        Vec3 y = scaled.min() + Vec3(i, j, k);
+        for (double& coordinate : y) coordinate += unit();
+        sites.of_cube.push_back(is_far(y) ? -1 : static_cast<int>(sites.points.size()));
+        if (sites.of_cube.back() >= 0) sites.points.push_back(y);
       }
+  if (auto fits = check_count(static_cast<double>(sites.points.size())); !fits) return std::unexpected(fits.error());
   return sites;
 }
 
 // The Voronoi cell of a site within the box: bisectors of sites in ever larger shells of lattice cubes, until none further
 // away can reach it.
 Polyhedron voronoi_cell(const Sites& sites, const std::array<int, 3>& cube, const Box& box) {
-  const int own = sites.at(cube[0], cube[1], cube[2]);
-  const Vec3& p = sites.points[own];
-  Polyhedron cell = polyhedron_of(box, kOutside);
+  const Vec3& p = sites.points[sites.at(cube[0], cube[1], cube[2])];
+  Polyhedron cell = polyhedron_of(box);
   const auto reach = [&] {
     double r = 0;
     for (const Vec3& corner : cell.points) r = std::max(r, (corner - p).norm());
@@ -76,6 +91,7 @@ Polyhedron voronoi_cell(const Sites& sites, const std::array<int, 3>& cube, cons
         for (int i = from[0]; i <= to[0]; ++i) {
           if (std::max({std::abs(i - cube[0]), std::abs(j - cube[1]), std::abs(k - cube[2])}) != shell) continue;
           const int other = sites.at(i, j, k);
+          if (other < 0) continue;
           const Vec3 way = sites.points[other] - p;
           if (way.norm() > far) continue;
           cell = clip(std::move(cell), way.normalized(), way.normalized().dot(p + way / 2), other);
@@ -86,21 +102,23 @@ Polyhedron voronoi_cell(const Sites& sites, const std::array<int, 3>& cube, cons
 
 // Voronoi cells in space y = A x.
 Result<std::vector<SplinterCell>> voronoi_cells(const Box& box, const Mat3& A, std::uint64_t seed) {
+  const auto sites = scatter_sites(box, A, seed);
+  if (!sites) return std::unexpected(sites.error());
   Box scaled;
   for (int c = 0; c < 8; ++c) scaled.extend(A * box.corner(static_cast<Box::CornerType>(c)));
-  const auto sites = scatter_sites(scaled, seed);
-  if (!sites) return std::unexpected(sites.error());
   const Mat3 back = A.inverse();
   std::vector<SplinterCell> cells;
   for (int k = 0; k < sites->cubes[2]; ++k)
     for (int j = 0; j < sites->cubes[1]; ++j)
       for (int i = 0; i < sites->cubes[0]; ++i) {
+        const int site = sites->at(i, j, k);
+        if (site < 0) continue;
         const Polyhedron found = voronoi_cell(*sites, {i, j, k}, scaled);
-        const Vec3& own = sites->points[sites->at(i, j, k)];
+        const Vec3& own = sites->points[site];
         SplinterCell cell;
         for (const Vec3& p : found.points) cell.box.extend(back * p);
         for (const Polyhedron::Face& face : found.faces) {
-          if (face.label == kOutside) continue;
+          if (face.label == Polyhedron::kOutside) continue;
           const Vec3 way = sites->points[face.label] - own;
           const Vec3 normal = A.transpose() * way;
           cell.walls.push_back({normal.normalized(), way.dot(own + way / 2) / normal.norm(), {face.label}});

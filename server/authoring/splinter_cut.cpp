@@ -1,11 +1,11 @@
 #include "server/authoring/splinter_cut.h"
 
+#include "common/text.h"
 #include "server/authoring/polygon_triangles.h"
 #include "server/sim/mesh/disjoint_sets.h"
+#include "server/sim/mesh/weld.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <map>
 #include <numeric>
 #include <span>
@@ -13,8 +13,10 @@
 namespace crumple::authoring {
 namespace {
 
-constexpr int kOutside = -1;
-constexpr double kLeastVolume = 1e-9;  // of its cell's box: what is less is rounding
+constexpr int kOutside = Polyhedron::kOutside;
+constexpr double kLeastVolume = 1e-9;  // of a piece, over its length cubed: what is less is rounding
+constexpr std::size_t kMostTriangles = 2'000'000;
+constexpr std::size_t kMostNeighbours = 1000;  // that a wall is looked up for; against more it counts as outside
 
 class Cutter {
  public:
@@ -22,7 +24,7 @@ class Cutter {
 
   // Halves the list of cells, and cuts off what none of a half can reach: each cell then has little to cut.
   void cut(Polyhedron solid, std::span<int> cells) {
-    if (solid.is_empty() || cells.empty()) return;
+    if (solid.is_empty() || cells.empty() || is_full()) return;
     if (cells.size() == 1) return cut_cell(std::move(solid), cells.front());
     Eigen::AlignedBox3d box;
     for (const int c : cells) box.extend(cells_[c].box);
@@ -34,21 +36,20 @@ class Cutter {
       cut(within_reach(solid, half), half);
   }
 
+  bool is_full() const { return mesh_.surface.triangles.size() > kMostTriangles; }
+
   sim::SplinterMesh finish() {
-    mesh_.patch.resize(walls_.size());
-    std::map<std::pair<int, std::vector<int>>, int> known;
+    std::map<std::pair<int, int>, int> patch_on;  // by splinter and wall
     for (std::size_t t = 0; t < walls_.size(); ++t) {
       const auto [cell, wall] = walls_[t];
-      std::vector<int> others;
-      if (wall != kOutside) {
-        for (const int c : cells_[cell].walls[wall].neighbours) others.insert(others.end(), made_[c].begin(), made_[c].end());
+      if (wall == kOutside) {
+        mesh_.patch.push_back(-1);
+        continue;
       }
-      mesh_.patch[t] = -1;
-      if (others.empty()) continue;
       const int own = mesh_.splinter[mesh_.surface.triangles[t][0]];
-      const auto [patch, is_new] = known.try_emplace({own, others}, static_cast<int>(mesh_.patches.size()));
-      if (is_new) mesh_.patches.push_back({own, std::move(others)});
-      mesh_.patch[t] = patch->second;
+      const auto [patch, is_new] = patch_on.try_emplace({own, wall}, -1);
+      if (is_new) patch->second = add_patch(own, cells_[cell].walls[wall]);
+      mesh_.patch.push_back(patch->second);
     }
     return std::move(mesh_);
   }
@@ -66,15 +67,34 @@ class Cutter {
     return part;
   }
 
+  // What the wall's neighbours made next to the splinter; -1 if that is nothing, or a heap.
+  int add_patch(int own, const SplinterCell::Wall& wall) {
+    std::vector<int> others;
+    for (const int c : wall.neighbours) {
+      if (made_[c].size() > kMostNeighbours) return -1;
+      for (const int s : made_[c])
+        if (box_[s].intersects(box_[own])) others.push_back(s);
+    }
+    if (others.empty()) return -1;
+    mesh_.patches.push_back({own, std::move(others)});
+    return static_cast<int>(mesh_.patches.size()) - 1;
+  }
+
   void cut_cell(Polyhedron solid, int cell) {
     const std::vector<SplinterCell::Wall>& walls = cells_[cell].walls;
     for (std::size_t w = 0; w < walls.size(); ++w)
       solid = clip(std::move(solid), walls[w].normal, walls[w].offset, static_cast<int>(w));
-    for (const Polyhedron& part : parts(solid))
-      if (volume(part) > kLeastVolume * cells_[cell].box.volume()) add(part, cell);
+    for (const Polyhedron& part : parts(solid)) {
+      Eigen::AlignedBox3d box;
+      for (const Vec3& p : part.points) box.extend(p);
+      const double length = box.sizes().maxCoeff();
+      if (volume(part) > kLeastVolume * length * length * length && !is_full()) add(part, cell, box);
+    }
   }
 
-  void add(const Polyhedron& part, int cell) {
+  void add(const Polyhedron& part, int cell, const Eigen::AlignedBox3d& box) {
+    const Vec3 spare = Vec3::Constant(1e-6 * box.diagonal().norm());
+    box_.emplace_back(box.min() - spare, box.max() + spare);
     const int first = static_cast<int>(mesh_.surface.vertices.size()), own = mesh_.count++;
     made_[cell].push_back(own);
     mesh_.surface.vertices.insert(mesh_.surface.vertices.end(), part.points.begin(), part.points.end());
@@ -91,17 +111,20 @@ class Cutter {
   struct Wall { int cell, wall; };
   const std::vector<SplinterCell>& cells_;
   std::vector<std::vector<int>> made_;  // splinters of each cell
+  std::vector<Eigen::AlignedBox3d> box_;  // of each splinter, and a little more
   sim::SplinterMesh mesh_;
   std::vector<Wall> walls_;             // one a triangle: that it lies on
 };
 
 }  // namespace
 
-sim::SplinterMesh cut_splinters(const Polyhedron& solid, const std::vector<SplinterCell>& cells) {
-  std::vector<int> all(cells.size());
-  std::iota(all.begin(), all.end(), 0);
+Result<sim::SplinterMesh> cut_splinters(const Polyhedron& solid, const std::vector<SplinterCell>& cells) {
+  std::vector<int> all;
+  for (std::size_t c = 0; c < cells.size(); ++c)
+    if (!cells[c].box.isEmpty()) all.push_back(static_cast<int>(c));
   Cutter cutter(cells);
   cutter.cut(solid, all);
+  if (cutter.is_full()) return invalid("size", text("makes more than ", kMostTriangles, " triangles, must make fewer"));
   return cutter.finish();
 }
 
@@ -116,11 +139,8 @@ sim::SplinterMesh given_splinters(const sim::SurfaceMesh& surface) {
     for (const int v : t) used[v] = 1;
   }
   sim::SplinterMesh mesh;
-  std::vector<int> splinter_of(n, -1), new_id(n, -1), place;
+  std::vector<int> splinter_of(n, -1), new_id(n, -1);
   Eigen::AlignedBox3d box;
-  for (const Vec3& p : surface.vertices) box.extend(p);
-  const double grain = 1e-6 * box.diagonal().norm();
-  std::map<std::array<std::int64_t, 3>, int> places;
   for (std::size_t v = 0; v < n; ++v) {
     if (!used[v]) continue;
     int& own = splinter_of[sim::find_root(part, static_cast<int>(v))];
@@ -128,10 +148,9 @@ sim::SplinterMesh given_splinters(const sim::SurfaceMesh& surface) {
     new_id[v] = static_cast<int>(mesh.splinter.size());
     mesh.splinter.push_back(own);
     mesh.surface.vertices.push_back(surface.vertices[v]);
-    std::array<std::int64_t, 3> key;
-    for (int a = 0; a < 3; ++a) key[a] = std::llround((surface.vertices[v][a] - box.min()[a]) / grain);
-    place.push_back(places.try_emplace(key, static_cast<int>(places.size())).first->second);
+    box.extend(surface.vertices[v]);
   }
+  const std::vector<int> place = sim::weld(mesh.surface.vertices, 1e-6 * box.diagonal().norm());
   std::map<Triangle, std::vector<int>> by_corners;  // triangles over the same places
   for (const Triangle& t : surface.triangles) {
     Triangle key{place[new_id[t[0]]], place[new_id[t[1]]], place[new_id[t[2]]]};

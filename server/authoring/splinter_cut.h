@@ -8,8 +8,9 @@
 // Surfaces in splinters (server/sim/mesh/splinters.h).
 namespace crumple::authoring {
 
-// Cuts the solid along the cells. A cell that holds several parts of it makes several splinters.
-sim::SplinterMesh cut_splinters(const Polyhedron& solid, const std::vector<SplinterCell>& cells);
+// Cuts the solid along the cells. A cell that holds several parts of it makes several splinters. INVALID, with field `size`,
+// if that makes more than two million triangles.
+Result<sim::SplinterMesh> cut_splinters(const Polyhedron& solid, const std::vector<SplinterCell>& cells);
 
 // As its author parted it: triangles that hang together by common vertex ids are one splinter. Triangles of two splinters
 // whose corners are at the same places, to a millionth of the surface's size, lie against each other.

@@ -71,17 +71,23 @@ sim::SplinterMesh make_splinters(const v1::Splinters& m, const sim::SurfaceMesh&
     c.breach.require(false, field, "has no pieces, must be one of given, stone, glass, wood, brick");
     return {};
   }
+  for (std::size_t v = 0; c.breach.ok() && v < surface.vertices.size(); ++v)
+    c.breach.vector(surface.vertices[v], sim::kMaxPosition, entry(body + (of_render ? ".render.vertices" : ".mesh.X"), static_cast<int>(v)));
+  if (!c.breach.ok()) return {};
   if (m.has_given()) {
     c.breach.require(of_render, field + ".given", "has no surface to take, needs render");
     return c.breach.ok() ? authoring::given_splinters(surface) : sim::SplinterMesh();
   }
-  const authoring::Polyhedron solid = c.value(authoring::polyhedron_of(surface, -1), of_render ? body + ".render" : body + ".mesh");
+  const authoring::Polyhedron solid = c.value(authoring::polyhedron_of(surface), of_render ? body + ".render" : body + ".mesh");
   Eigen::AlignedBox3d box;
   for (const Vec3& p : surface.vertices) box.extend(p);
   const std::string cut = field + name_of(m.pieces_case());
   Cells cells = make_cells(m, box, cut, c);
   const std::vector<authoring::SplinterCell> made = c.value(std::move(cells), cut);
-  return c.breach.ok() ? authoring::cut_splinters(solid, made) : sim::SplinterMesh();
+  if (!c.breach.ok()) return {};
+  sim::SplinterMesh mesh = c.value(authoring::cut_splinters(solid, made), cut);
+  c.breach.require(!c.breach.ok() || mesh.count > 0, cut, "leaves no pieces");
+  return mesh;
 }
 
 }  // namespace

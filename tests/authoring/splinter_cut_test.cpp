@@ -21,7 +21,7 @@ namespace {
 using ::testing::HasSubstr;
 using Box = Eigen::AlignedBox3d;
 
-Polyhedron solid(const sim::SurfaceMesh& surface) { return *polyhedron_of(surface, -1); }
+Polyhedron solid(const sim::SurfaceMesh& surface) { return *polyhedron_of(surface); }
 
 bool is_closed(const Polyhedron& solid) {
   std::map<std::pair<int, int>, int> open;
@@ -87,13 +87,17 @@ void expect_patches_match(const sim::SplinterMesh& mesh) {
   for (std::size_t t = 0; t < mesh.patch.size(); ++t)
     if (mesh.patch[t] >= 0) size[mesh.patch[t]] += area(mesh.surface, mesh.surface.triangles[t]);
   std::map<std::pair<int, int>, double> between;
+  std::vector<char> several(mesh.count, 0);  // has a patch against parts of a cell that is in several
   for (std::size_t p = 0; p < size.size(); ++p) {
-    ASSERT_EQ(mesh.patches[p].others.size(), 1u);
-    between[{mesh.patches[p].splinter, mesh.patches[p].others[0]}] += size[p];
+    const auto& [own, others] = mesh.patches[p];
+    between[{own, others[0]}] += size[p];
+    if (others.size() > 1) several[own] = several[others[0]] = several[others[1]] = 1;
   }
+  EXPECT_LT(std::ranges::count(several, 1), 0.25 * mesh.count);
   double all = 0;
   for (const auto& [pair, sum] : between) all += sum;
   for (const auto& [pair, sum] : between) {
+    if (several[pair.first] || several[pair.second]) continue;
     const auto back = between.find({pair.second, pair.first});
     if (back == between.end()) {
       EXPECT_LT(sum, 1e-6 * all);
@@ -137,6 +141,32 @@ TEST(Polyhedron, ACutThroughAFrameLeavesAFaceWithAHole) {
   EXPECT_NEAR(sum, 8, 1e-12);
 }
 
+// Cuts that go exactly through vertices, edges and faces leave several points in one place.
+TEST(Polyhedron, FacesCutThroughVerticesDoNotFold) {
+  sim::TetMesh lattice = test::kuhn_lattice({4, 4, 2}, 1);
+  std::erase_if(lattice.tets, [&](const Tet& tet) {  // an L
+    Vec3 middle = Vec3::Zero();
+    for (const int n : tet) middle += lattice.X[n] / 4;
+    return middle.x() > 2 && middle.y() > 1;
+  });
+  for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(1, 1, 0).normalized().eval(), Vec3(0, 1, 1).normalized().eval()}) {
+    for (const double at : {1.0, 2.0, 1.0 + 1e-15}) {
+      const Polyhedron cut = clip(solid(surface_of(lattice)), normal, normal.dot(Vec3(at, at, 1)), 3);
+      EXPECT_TRUE(is_closed(cut));
+      for (const Polyhedron::Face& face : cut.faces) {
+        Vec3 sum = Vec3::Zero();
+        double all = 0;
+        for (const Triangle& t : triangles_of(cut.points, face.loops)) {
+          const Vec3 n = 0.5 * (cut.points[t[1]] - cut.points[t[0]]).cross(cut.points[t[2]] - cut.points[t[0]]);
+          sum += n;
+          all += n.norm();
+        }
+        EXPECT_NEAR(all, sum.norm(), 1e-9) << normal.transpose() << " at " << at;
+      }
+    }
+  }
+}
+
 TEST(Polyhedron, StaysClosedUnderAHundredCuts) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> number(-1, 1);
@@ -158,9 +188,9 @@ TEST(Polyhedron, StaysClosedUnderAHundredCuts) {
 TEST(Polyhedron, AnOpenSurfaceIsRefusedWithTheNumberOfItsOpenEdges) {
   sim::SurfaceMesh open = box_surface(Vec3::Ones());
   open.triangles.pop_back();
-  const auto made = polyhedron_of(open, 0);
+  const auto made = polyhedron_of(open);
   ASSERT_FALSE(made);
-  EXPECT_THAT(made.error().message, HasSubstr("3 of its edges have no other side"));
+  EXPECT_THAT(made.error().message, HasSubstr("has 3 edges at which its triangles do not meet in pairs"));
 }
 
 TEST(PolygonTriangles, AStarAndACombKeepTheirArea) {
@@ -193,38 +223,91 @@ TEST(SplinterCut, StonePiecesAreTheWholeOfCubesSpheresFramesAndBarrels) {
     const Box box = box_of(surface);
     const auto cells = stone_cells(box, box.sizes().maxCoeff() / 6, 4);
     ASSERT_TRUE(cells);
-    const sim::SplinterMesh mesh = cut_splinters(solid(surface), *cells);
+    const sim::SplinterMesh mesh = *cut_splinters(solid(surface), *cells);
     EXPECT_GT(mesh.count, 30);
     expect_partition(mesh, surface);
     expect_patches_match(mesh);
   }
 }
 
-TEST(SplinterCut, VoronoiCellsHoldWhatIsNearestToTheirSite) {
-  // A cell's walls are the bisectors of exactly those neighbours that a search of all sites finds.
-  const Box box(Vec3::Zero(), Vec3(4, 3, 2));
+TEST(SplinterCut, StoneCellsTileTheirBoxAndShareTheirWalls) {
+  const Box box(Vec3(1, 2, 3), Vec3(5.3, 5.1, 5.6));
   const auto cells = stone_cells(box, 1, 9);
   ASSERT_TRUE(cells);
-  ASSERT_EQ(cells->size(), 24u);
+  ASSERT_GE(cells->size(), 40u);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> number(0, 1);
   for (int k = 0; k < 2000; ++k) {
-    const Vec3 p = Vec3(number(random), number(random), number(random)).cwiseProduct(box.sizes());
+    const Vec3 p = box.min() + Vec3(number(random), number(random), number(random)).cwiseProduct(box.sizes());
     int holding = 0;
     for (const SplinterCell& cell : *cells) {
+      if (cell.box.isEmpty()) continue;  // of a site beyond the box
       const bool inside = std::ranges::all_of(cell.walls, [&](const SplinterCell::Wall& w) { return w.normal.dot(p) <= w.offset; });
       holding += inside;
       if (inside) EXPECT_LT(cell.box.exteriorDistance(p), 1e-12);
     }
     EXPECT_EQ(holding, 1) << p.transpose();
   }
+  for (std::size_t c = 0; c < cells->size(); ++c) {
+    for (const SplinterCell::Wall& wall : (*cells)[c].walls) {
+      ASSERT_EQ(wall.neighbours.size(), 1u);
+      const auto& back = (*cells)[wall.neighbours[0]].walls;
+      const auto same = std::ranges::find_if(back, [&](const SplinterCell::Wall& w) { return w.neighbours[0] == static_cast<int>(c); });
+      ASSERT_NE(same, back.end());
+      EXPECT_LT((same->normal + wall.normal).norm(), 1e-12);
+      EXPECT_NEAR(same->offset, -wall.offset, 1e-12);
+    }
+  }
+}
+
+TEST(SplinterCut, PartsThatDoNotTouchAreSplintersOfTheirOwn) {
+  sim::SurfaceMesh posts = box_surface(Vec3(0.2, 1, 0.2));
+  append(posts, box_surface(Vec3(0.2, 1, 0.2)), Pose{Quat::Identity(), Vec3(2, 0, 0)});
+  const sim::SplinterMesh mesh = *cut_splinters(solid(posts), *brick_cells(box_of(posts), Vec3(40, 1, 40)));
+  EXPECT_EQ(mesh.count, 4);
+  expect_partition(mesh, posts);
+  expect_patches_match(mesh);
+}
+
+TEST(SplinterCut, CavitiesBelongToWhatIsAroundThem) {
+  sim::SurfaceMesh hollow = box_surface(Vec3::Constant(1));
+  sim::SurfaceMesh inner = box_surface(Vec3::Constant(0.2));
+  for (Triangle& t : inner.triangles) std::swap(t[1], t[2]);
+  append(hollow, inner);
+  for (const double size : {3.0, 0.5}) {
+    const sim::SplinterMesh mesh = *cut_splinters(solid(hollow), *stone_cells(box_of(hollow), size, 1));
+    EXPECT_NEAR(enclosed_volume(mesh.surface), 8 - 0.064, 1e-12);
+    EXPECT_NEAR(outside_area(mesh), 24 + 6 * 0.16, 1e-9);
+  }
+}
+
+TEST(SplinterCut, WhatIsSmallBesideItsCellIsKept) {
+  sim::SurfaceMesh with_bolt = box_surface(Vec3::Constant(1));
+  append(with_bolt, box_surface(Vec3::Constant(5e-4)), Pose{Quat::Identity(), Vec3(1.5, 0, 0)});
+  EXPECT_EQ(cut_splinters(solid(with_bolt), *stone_cells(box_of(with_bolt), 4, 1))->count, 2);
+  const sim::SurfaceMesh cube = box_surface(Vec3::Constant(0.04));
+  EXPECT_EQ(cut_splinters(solid(cube), *brick_cells(box_of(cube), Vec3::Constant(100)))->count, 1);
+}
+
+TEST(SplinterCut, AnInsideOutSurfaceIsRefused) {
+  sim::SurfaceMesh cube = box_surface(Vec3::Constant(1));
+  for (Triangle& t : cube.triangles) std::swap(t[1], t[2]);
+  const auto made = polyhedron_of(cube);
+  ASSERT_FALSE(made);
+  EXPECT_THAT(made.error().message, HasSubstr("encloses -8 m^3, must be above 0"));
+}
+
+TEST(SplinterCut, WoodOfASlantedGrainCountsWhatIsInTheBody) {
+  const auto cells = wood_cells(Box(Vec3(-1, -1, -0.02), Vec3(1, 1, 0.02)), 0.02, 10, Vec3(1, 1, 1).normalized(), 1);
+  ASSERT_TRUE(cells) << cells.error().text();
+  EXPECT_LT(cells->size(), 40'000u);
 }
 
 TEST(SplinterCut, GlassShardsGoThroughTheSheet) {
   const sim::SurfaceMesh pane = box_surface(Vec3(1, 0.8, 0.02));
   const auto cells = glass_cells(box_of(pane), 0.1, 1);
   ASSERT_TRUE(cells);
-  const sim::SplinterMesh mesh = cut_splinters(solid(pane), *cells);
+  const sim::SplinterMesh mesh = *cut_splinters(solid(pane), *cells);
   EXPECT_GT(mesh.count, 20 * 16);  // none is larger than 0.1^2
   EXPECT_LT(mesh.count, 2 * 20 * 16);
   expect_partition(mesh, pane);
@@ -270,7 +353,7 @@ TEST(SplinterCut, WoodComesApartAlongItsGrain) {
   const sim::SurfaceMesh beam = box_surface(Vec3(0.1, 1, 0.1));
   const auto cells = wood_cells(box_of(beam), 0.05, 8, Vec3::UnitY(), 1);
   ASSERT_TRUE(cells);
-  const sim::SplinterMesh mesh = cut_splinters(solid(beam), *cells);
+  const sim::SplinterMesh mesh = *cut_splinters(solid(beam), *cells);
   expect_partition(mesh, beam);
   std::vector<Box> box(mesh.count);
   for (std::size_t v = 0; v < mesh.splinter.size(); ++v) box[mesh.splinter[v]].extend(mesh.surface.vertices[v]);
@@ -283,7 +366,7 @@ TEST(SplinterCut, BricksLieInABond) {
   const sim::SurfaceMesh wall = box_surface(Vec3(1, 0.5, 0.1));
   const auto cells = brick_cells(box_of(wall), Vec3(0.4, 0.2, 0.2));
   ASSERT_TRUE(cells);
-  const sim::SplinterMesh mesh = cut_splinters(solid(wall), *cells);
+  const sim::SplinterMesh mesh = *cut_splinters(solid(wall), *cells);
   EXPECT_EQ(mesh.count, 3 * 5 + 2 * 6);  // whole ones in three courses; five and two halves in the others, less what is outside
   expect_partition(mesh, wall);
   for (const auto& patch : mesh.patches) EXPECT_LE(patch.others.size(), 2u);
@@ -297,7 +380,7 @@ TEST(SplinterCut, TooManyPiecesAreRefused) {
   const auto cells = stone_cells(Box(Vec3::Zero(), Vec3::Ones()), 0.01, 1);
   ASSERT_FALSE(cells);
   EXPECT_EQ(cells.error().field, "size");
-  EXPECT_THAT(cells.error().message, HasSubstr("1000000 splinters, must make at most 100000"));
+  EXPECT_THAT(cells.error().message, HasSubstr("1e+06 splinters, must make at most 100000"));
 }
 
 TEST(SplinterCut, GivenPiecesAreKeptAndKnowWhereTheyTouch) {
@@ -317,7 +400,7 @@ TEST(SplinterCut, GivenPiecesAreKeptAndKnowWhereTheyTouch) {
 
 TEST(SplinterCut, TheSameSeedMakesTheSamePieces) {
   const sim::SurfaceMesh cube = box_surface(Vec3::Constant(0.5));
-  const auto cut = [&](std::uint64_t seed) { return cut_splinters(solid(cube), *stone_cells(box_of(cube), 0.25, seed)); };
+  const auto cut = [&](std::uint64_t seed) { return *cut_splinters(solid(cube), *stone_cells(box_of(cube), 0.25, seed)); };
   EXPECT_EQ(cut(3).surface.vertices, cut(3).surface.vertices);
   EXPECT_NE(cut(3).surface.vertices, cut(4).surface.vertices);
 }

@@ -64,7 +64,7 @@ const Bad kBad[] = {
     {"splinter_size", FEM("box {}", "splinters { stone { size: 0 } }"), "bodies[0].fem.splinters.stone.size",
      "is 0, must be at least 1e-04"},
     {"splinter_count", FEM("box {}", "splinters { glass { size: 0.001 } }"), "bodies[0].fem.splinters.glass.size",
-     "makes 2000000 splinters, must make at most 100000"},
+     "makes about 2e+06 splinters, must make at most 100000"},
     {"splinter_aspect", FEM("box {}", "splinters { wood { aspect: 0.5 } }"), "bodies[0].fem.splinters.wood.aspect",
      "is 0.5, must be at least 1"},
     {"splinter_grain", FEM("box {}", "splinters { wood { grain {} } }"), "bodies[0].fem.splinters.wood.grain", "is zero"},
@@ -74,7 +74,7 @@ const Bad kBad[] = {
      "bodies[0].fem.splinters.brick.size.z", "is -1"},
     {"splinters_of_an_open_surface",
      FEM("box {}", "splinters { stone {} } render { inline_mesh { vertices: [0,0,0, 1,0,0, 0,1,0] triangles: [0,1,2] } }"),
-     "bodies[0].fem.render", "3 of its edges have no other side"},
+     "bodies[0].fem.render", "has 3 edges at which its triangles do not meet in pairs"},
 
     {"region_without_tets", FEM("box {}", "regions {}"), "bodies[0].fem.regions[0].tets", "selects no tet"},
     {"region_rule", FEM("box {}", "regions { tets {} }"), "bodies[0].fem.regions[0].tets[0]",

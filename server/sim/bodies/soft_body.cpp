@@ -74,7 +74,9 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
     soft.driven_.push_back(std::move(driven));
   }
   if (model.splinters || soft.rest.dusty()) soft.faces_ = SharedFaces(mesh.tets);
-  soft.skin_ = SoftSkin(model, soft.rest.breakable(), soft.faces_);
+  auto skin = SoftSkin::make(model, soft.rest.breakable(), soft.faces_);
+  if (!skin) return std::unexpected(Error{skin.error().code, field + "." + skin.error().field, skin.error().message});
+  soft.skin_ = *std::move(skin);
   soft.stars_ = NodeStars(soft.tets, soft.node_count());
   for (int n = 0; n < soft.node_count(); ++n) soft.scene_nodes_.push_back({-1, n});
   for (int t = 0; t < mesh.tet_count(); ++t) soft.scene_tets_.push_back({-1, t});

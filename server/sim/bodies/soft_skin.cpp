@@ -4,16 +4,21 @@
 #include <unordered_map>
 
 namespace crumple::sim {
-SoftSkin::SoftSkin(const FemModel& model, bool breakable, const SharedFaces& faces) {
+
+Result<SoftSkin> SoftSkin::make(const FemModel& model, bool breakable, const SharedFaces& faces) {
+  SoftSkin skin;
   if (model.splinters) {
-    splinters_ = model.splinters;
-    carried_.emplace(*splinters_, *model.mesh, faces);
+    skin.splinters_ = model.splinters;
+    auto carried = SplinterEmbedding::make(*model.splinters, *model.mesh, faces);
+    if (!carried) return invalid("splinters", carried.error().message);
+    skin.carried_ = *std::move(carried);
   } else if (model.render && !breakable) {
-    embedding_ = embed(model.render->vertices, *model.mesh);
-    triangles_ = model.render->triangles;
+    skin.embedding_ = embed(model.render->vertices, *model.mesh);
+    skin.triangles_ = model.render->triangles;
   } else {
-    draws_tets_ = true;
+    skin.draws_tets_ = true;
   }
+  return skin;
 }
 
 void SoftSkin::rebuild(const SoftShape& shape, const SharedFaces& faces, std::span<const int> parted) {
@@ -91,9 +96,9 @@ void SoftSkin::capture(const SoftShape& shape, const std::vector<float>* node_va
     const TetRef ref = shape.scene_tets[embedding_.tet[v]];
     const Tet& tet = shape.nodes(ref);
     const Eigen::Vector4d& w = embedding_.weights[v];
-    Vec3 p = Vec3::Zero();
-    for (int k = 0; k < 4; ++k) p += w[k] * shape.position({ref.fragment, tet[k]});
-    frame.positions.push_back(p.cast<float>());
+    Mat34 corners;
+    for (int k = 0; k < 4; ++k) corners.col(k) = shape.position({ref.fragment, tet[k]});
+    frame.positions.push_back((corners * w).cast<float>());
     if (!node_values) continue;
     float value = 0;
     for (int k = 0; k < 4 && ref.fragment < 0; ++k) value += static_cast<float>(w[k]) * (*node_values)[tet[k]];

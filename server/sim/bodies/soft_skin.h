@@ -36,7 +36,8 @@ class SoftSkin {
  public:
   SoftSkin() = default;
   // A body that may break and has no splinters shows its tets: a surface in one piece would be drawn out between its parts.
-  SoftSkin(const FemModel& model, bool breakable, const SharedFaces& faces);
+  // INVALID, with field `splinters`, as SplinterEmbedding::make.
+  static Result<SoftSkin> make(const FemModel& model, bool breakable, const SharedFaces& faces);
 
   // What is drawn after faces have parted; also to begin with. parted: see SplinterEmbedding::follow.
   void rebuild(const SoftShape& shape, const SharedFaces& faces, std::span<const int> parted);

@@ -1,37 +1,50 @@
 #include "server/sim/mesh/splinter_embedding.h"
 
+#include "common/text.h"
 #include "server/sim/mesh/disjoint_sets.h"
+#include "server/sim/mesh/tet_faces.h"
 #include "server/sim/mesh/tet_tree.h"
+#include "server/sim/mesh/weld.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 
 namespace crumple::sim {
 namespace {
 
-std::vector<int> twins(const std::vector<Vec3>& vertices) {
+double size_of(std::span<const Vec3> points) {
   Eigen::AlignedBox3d box;
-  for (const Vec3& p : vertices) box.extend(p);
-  const double grain = 1e-9 * box.diagonal().norm();
-  std::map<std::array<std::int64_t, 3>, int> first;
-  std::vector<int> twin;
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    std::array<std::int64_t, 3> key;
-    for (int a = 0; a < 3; ++a) key[a] = std::llround((vertices[v][a] - box.min()[a]) / grain);
-    twin.push_back(first.try_emplace(key, static_cast<int>(v)).first->second);
-  }
-  return twin;
+  for (const Vec3& p : points) box.extend(p);
+  return box.diagonal().norm();
+}
+
+Mat34 corners_of(const TetMesh& mesh, int t) {
+  Mat34 x;
+  for (int k = 0; k < 4; ++k) x.col(k) = mesh.X[mesh.tets[t][k]];
+  return x;
+}
+
+// Whether a plane of the tet's faces has all of the points beyond it, by more than `spare` [m].
+bool parts_from(const Mat34& x, std::span<const int> vertices, const std::vector<Vec3>& points, double spare) {
+  return std::ranges::any_of(kTetFaces, [&](const Triangle& face) {
+    const Vec3 a = x.col(face[0]), b = x.col(face[1]), c = x.col(face[2]);
+    const Vec3 normal = (b - a).cross(c - a).normalized();
+    return std::ranges::all_of(vertices, [&](int v) { return normal.dot(points[v] - a) > spare; });
+  });
 }
 
 }  // namespace
 
-SplinterEmbedding::SplinterEmbedding(const SplinterMesh& splinters, const TetMesh& mesh, const SharedFaces& faces)
-    : rest_(splinters.surface.vertices), twin_(twins(rest_)), vertices_(embed(rest_, mesh)),
-      vertex_begin_(splinters.count + 1, 0), near_begin_{0}, link_begin_{0}, patches_(splinters.patches),
+Result<SplinterEmbedding> SplinterEmbedding::make(const SplinterMesh& splinters, const TetMesh& mesh, const SharedFaces& faces) {
+  SplinterEmbedding made(splinters, mesh);
+  if (auto found = made.find_near(mesh, faces); !found) return std::unexpected(found.error());
+  return made;
+}
+
+SplinterEmbedding::SplinterEmbedding(const SplinterMesh& splinters, const TetMesh& mesh)
+    : rest_(splinters.surface.vertices), twin_(weld(rest_, 1e-9 * size_of(rest_))), vertices_(embed(rest_, mesh)),
+      home_(splinters.count), vertex_begin_(splinters.count + 1, 0), near_begin_{0}, link_begin_{0}, patches_(splinters.patches),
       corners_(patches_.size()), own_(splinters.count), against_(splinters.count), closed_(patches_.size(), 0),
       touched_(splinters.count, 0) {
   for (std::size_t v = 0; v < rest_.size(); ++v) {
@@ -56,47 +69,83 @@ SplinterEmbedding::SplinterEmbedding(const SplinterMesh& splinters, const TetMes
   std::vector<int> end(vertex_begin_.begin(), vertex_begin_.end() - 1);
   for (std::size_t v = 0; v < rest_.size(); ++v) vertex_id_[end[splinters.splinter[v]]++] = static_cast<int>(v);
 
-  std::vector<std::vector<std::pair<int, int>>> neighbours(mesh.tet_count());  // face, the tet beyond; of the lower tet
-  for (int f = 0; f < faces.count(); ++f) neighbours[faces[f].tet[0]].emplace_back(f, faces[f].tet[1]);
+  for (int t = 0; t < mesh.tet_count(); ++t) corners_of_tet_.push_back(corners_of(mesh, t));
+}
+
+std::span<const int> SplinterEmbedding::vertices_of(int splinter) const {
+  return std::span(vertex_id_).subspan(vertex_begin_[splinter], vertex_begin_[splinter + 1] - vertex_begin_[splinter]);
+}
+
+// Of the tets whose boxes meet the splinter's, those that no plane of theirs parts from it: they surround its home without a
+// gap where it lies in the mesh. One that reaches out of it may need those in between as well.
+Result<void> SplinterEmbedding::find_near(const TetMesh& mesh, const SharedFaces& faces) {
   const TetTree tree(mesh);
+  std::vector<std::vector<std::pair<int, int>>> beyond(mesh.tet_count());  // face, the tet on its other side; of the lower tet
+  for (int f = 0; f < faces.count(); ++f) beyond[faces[f].tet[0]].emplace_back(f, faces[f].tet[1]);
   std::vector<std::vector<int>> users(faces.count());
-  for (int s = 0; s < splinters.count; ++s) {
-    const std::span<const int> own(vertex_id_.begin() + vertex_begin_[s], vertex_id_.begin() + vertex_begin_[s + 1]);
+  for (int s = 0; s < static_cast<int>(home_.size()); ++s) {
+    const std::span<const int> own = vertices_of(s);
     Eigen::AlignedBox3d box;
     Vec3 centroid = Vec3::Zero();
     for (const int v : own) {
       box.extend(rest_[v]);
       centroid += rest_[v] / static_cast<double>(own.size());
     }
-    home_.push_back(tree.nearest(centroid).tet);
-    const Vec3 spare = Vec3::Constant(1e-6 * box.diagonal().norm());  // so that what lies against it has no tets of its own
-    std::vector<int> near = tree.near({box.min() - spare, box.max() + spare});
-    near.push_back(home_.back());
-    for (const int v : own) near.push_back(vertices_.tet[v]);  // a vertex outside of all tets has one outside of the box
-    std::ranges::sort(near);
-    near.erase(std::unique(near.begin(), near.end()), near.end());
-    for (std::size_t a = 0; a < near.size(); ++a) {
-      for (const auto& [face, beyond] : neighbours[near[a]]) {
-        const auto b = std::ranges::lower_bound(near, beyond);
-        if (b == near.end() || *b != beyond) continue;
-        links_.push_back({face, static_cast<int>(a), static_cast<int>(b - near.begin())});
-        users[face].push_back(s);
-      }
-      Mat34& x = near_corners_.emplace_back();
-      for (int k = 0; k < 4; ++k) x.col(k) = mesh.X[mesh.tets[near[a]][k]];
+    home_[s] = tree.nearest(centroid).tet;
+    std::vector<int> known{home_[s]};
+    for (const int v : own) known.push_back(vertices_.tet[v]);
+    const double spare = 1e-6 * box.diagonal().norm();  // what lies against it has no tets of its own
+    std::vector<int> near = tree.near({box.min() - Vec3::Constant(spare), box.max() + Vec3::Constant(spare)});
+    std::erase_if(near, [&](int t) { return parts_from(corners_of_tet_[t], own, rest_, spare); });
+    add_near(s, std::move(near), known, beyond, faces);
+    const auto is_connected = [&](int t) { return connected_[near_begin_[s] + (std::ranges::lower_bound(near_of(s), t) - near_of(s).begin())]; };
+    if (!std::ranges::all_of(known, is_connected)) {
+      for (const int t : known)
+        for (int k = 0; k < 4; ++k) box.extend(corners_of_tet_[t].col(k));
+      drop_last_near(s);
+      add_near(s, tree.near(box), known, beyond, faces);
     }
-    link_begin_.push_back(static_cast<int>(links_.size()));
-    near_.insert(near_.end(), near.begin(), near.end());
-    near_begin_.push_back(static_cast<int>(near_.size()));
-    connected_.resize(near_.size());
+    for (int l = link_begin_[s]; l < link_begin_[s + 1]; ++l) users[links_[l].face].push_back(s);
+    if (near_.size() > kMaxNear)
+      return invalid("", text("lie in more than ", kMaxNear, " tets, one by one: make them smaller, or fewer tets"));
     settle(s, faces);
   }
-  for (int s = 0; s < splinters.count; ++s) look_at_patches_of(s);
+  for (int s = 0; s < static_cast<int>(home_.size()); ++s) look_at_patches_of(s);
   user_begin_.push_back(0);
   for (const std::vector<int>& near : users) {
     user_.insert(user_.end(), near.begin(), near.end());
     user_begin_.push_back(static_cast<int>(user_.size()));
   }
+  return {};
+}
+
+std::span<const int> SplinterEmbedding::near_of(int splinter) const {
+  return std::span(near_).subspan(near_begin_[splinter], near_begin_[splinter + 1] - near_begin_[splinter]);
+}
+
+void SplinterEmbedding::add_near(int splinter, std::vector<int> near, std::span<const int> known,
+                                 const std::vector<std::vector<std::pair<int, int>>>& beyond, const SharedFaces& faces) {
+  near.insert(near.end(), known.begin(), known.end());
+  std::ranges::sort(near);
+  near.erase(std::unique(near.begin(), near.end()), near.end());
+  for (std::size_t a = 0; a < near.size(); ++a) {
+    for (const auto& [face, other] : beyond[near[a]]) {
+      const auto b = std::ranges::lower_bound(near, other);
+      if (b != near.end() && *b == other) links_.push_back({face, static_cast<int>(a), static_cast<int>(b - near.begin())});
+    }
+  }
+  link_begin_.push_back(static_cast<int>(links_.size()));
+  near_.insert(near_.end(), near.begin(), near.end());
+  near_begin_.push_back(static_cast<int>(near_.size()));
+  connected_.resize(near_.size());
+  find_connected(splinter, faces);
+}
+
+void SplinterEmbedding::drop_last_near(int splinter) {
+  near_.resize(near_begin_[splinter]);
+  links_.resize(link_begin_[splinter]);
+  near_begin_.pop_back();
+  link_begin_.pop_back();
 }
 
 void SplinterEmbedding::follow(const SharedFaces& faces, std::span<const int> parted) {
@@ -115,29 +164,32 @@ void SplinterEmbedding::follow(const SharedFaces& faces, std::span<const int> pa
   }
 }
 
-void SplinterEmbedding::settle(int splinter, const SharedFaces& faces) {
-  const int first = near_begin_[splinter];
-  const std::span<const int> near(near_.begin() + first, near_.begin() + near_begin_[splinter + 1]);
-  const auto local = [&](int tet) { return std::ranges::lower_bound(near, tet) - near.begin(); };
+void SplinterEmbedding::find_connected(int splinter, const SharedFaces& faces) {
+  const std::span<const int> near = near_of(splinter);
   group_.resize(near.size());
   std::iota(group_.begin(), group_.end(), 0);
   for (int l = link_begin_[splinter]; l < link_begin_[splinter + 1]; ++l)
     if (faces.is_whole(links_[l].face)) unite(group_, links_[l].a, links_[l].b);
-  const int home = find_root(group_, static_cast<int>(local(home_[splinter])));
-  for (std::size_t k = 0; k < near.size(); ++k) connected_[first + k] = find_root(group_, static_cast<int>(k)) == home;
+  const int home = find_root(group_, static_cast<int>(std::ranges::lower_bound(near, home_[splinter]) - near.begin()));
+  for (std::size_t k = 0; k < near.size(); ++k)
+    connected_[near_begin_[splinter] + k] = find_root(group_, static_cast<int>(k)) == home;
+}
 
-  for (int i = vertex_begin_[splinter]; i < vertex_begin_[splinter + 1]; ++i) {
-    const int v = vertex_id_[i];
-    if (connected_[first + local(vertices_.tet[v])]) continue;
-    std::size_t best = 0;
+void SplinterEmbedding::settle(int splinter, const SharedFaces& faces) {
+  find_connected(splinter, faces);
+  const std::span<const int> near = near_of(splinter);
+  const char* connected = &connected_[near_begin_[splinter]];
+  for (const int v : vertices_of(splinter)) {
+    if (connected[std::ranges::lower_bound(near, vertices_.tet[v]) - near.begin()]) continue;
+    int best = home_[splinter];
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < near.size(); ++k) {
-      if (!connected_[first + k]) continue;
-      const double distance = squared_distance(near_corners_[first + k], rest_[v]);
-      if (distance < least) least = distance, best = k;
+      if (!connected[k]) continue;
+      const double distance = squared_distance(corners_of_tet_[near[k]], rest_[v]);
+      if (distance < least) least = distance, best = near[k];
     }
-    vertices_.tet[v] = near[best];
-    vertices_.weights[v] = barycentric(near_corners_[first + best], rest_[v]);
+    vertices_.tet[v] = best;
+    vertices_.weights[v] = barycentric(corners_of_tet_[best], rest_[v]);
   }
 }
 
@@ -148,9 +200,9 @@ void SplinterEmbedding::look_at_patches_of(int splinter) {
 
 bool SplinterEmbedding::is_closed(int patch) const {
   const auto parted = [&](int splinter, int tet) {  // where the splinter has it near at all
-    const auto begin = near_.begin() + near_begin_[splinter], end = near_.begin() + near_begin_[splinter + 1];
-    const auto at = std::lower_bound(begin, end, tet);
-    return at != end && *at == tet && !connected_[at - near_.begin()];
+    const std::span<const int> near = near_of(splinter);
+    const auto at = std::ranges::lower_bound(near, tet);
+    return at != near.end() && *at == tet && !connected_[near_begin_[splinter] + (at - near.begin())];
   };
   return std::ranges::all_of(corners_[patch], [&](int v) {
     return vertices_.tet[v] == tet_at_rest_[v] &&

@@ -10,28 +10,36 @@ namespace crumple::sim {
 
 // Splinters carried by a tet mesh that breaks [Parker & O'Brien 2009, section 5]. Each is at home in the tet that holds its
 // centroid. Its vertices belong to the tets that hold them, until such a tet is no longer connected to the home; then to
-// the nearest one that is. Nearest: at rest. Connected: through shared faces of tets near the splinter, those whose boxes
-// meet its own, so that a crack that runs past a splinter parts it from what is beyond even if the body is still in one
+// the nearest one that is. Nearest: at rest. Connected: through shared faces of tets near the splinter, those that its hull
+// meets, so that a crack that runs past a splinter parts it from what is beyond even if the body is still in one
 // piece around the end of the crack (the paper does not say which connection it means).
 // What belongs where follows from the faces that are whole, not from the order in which others parted.
 class SplinterEmbedding {
  public:
-  // `mesh` must be that of `faces`; copies what it needs of both.
-  SplinterEmbedding(const SplinterMesh& splinters, const TetMesh& mesh, const SharedFaces& faces);
+  // `mesh` must be that of `faces`; copies what it needs of both. INVALID if splinters lie in too many tets, kMaxNear in all.
+  static Result<SplinterEmbedding> make(const SplinterMesh& splinters, const TetMesh& mesh, const SharedFaces& faces);
+  static constexpr std::size_t kMaxNear = 10'000'000;
 
   // parted: faces that have come apart since the last call.
   void follow(const SharedFaces& faces, std::span<const int> parted);
 
   const Embedding& vertices() const { return vertices_; }
   int home(int splinter) const { return home_[splinter]; }
-  // The lowest vertex at the same place at rest, to a thousandth of a millionth of the whole. They belong to the same tet to
-  // begin with.
+  // The lowest vertex at the same place at rest, to a thousandth of a millionth of the whole.
   int twin(int vertex) const { return twin_[vertex]; }
   // Nobody sees the patch: its corners, and those of what lies against it, are where they were at rest, in tets that are
   // connected to the homes of both.
   bool is_hidden(int patch) const;
 
  private:
+  SplinterEmbedding(const SplinterMesh& splinters, const TetMesh& mesh);
+  Result<void> find_near(const TetMesh& mesh, const SharedFaces& faces);
+  void add_near(int splinter, std::vector<int> near, std::span<const int> known,
+                const std::vector<std::vector<std::pair<int, int>>>& beyond, const SharedFaces& faces);
+  void drop_last_near(int splinter);
+  std::span<const int> vertices_of(int splinter) const;
+  std::span<const int> near_of(int splinter) const;
+  void find_connected(int splinter, const SharedFaces& faces);
   void settle(int splinter, const SharedFaces& faces);
   void look_at_patches_of(int splinter);
   bool is_closed(int patch) const;
@@ -43,8 +51,8 @@ class SplinterEmbedding {
   std::vector<int> home_;
   std::vector<int> vertex_begin_, vertex_id_;   // the vertices of each splinter
   std::vector<int> near_begin_, near_;          // the tets near each splinter, ascending
-  std::vector<Mat34> near_corners_;             // of these at rest [m]
-  std::vector<char> connected_;                 // likewise: to the home
+  std::vector<char> connected_;                 // of these: to the home
+  std::vector<Mat34> corners_of_tet_;           // at rest [m]
   std::vector<int> link_begin_;                 // of each splinter, into links_
   struct Link { int face, a, b; };              // a, b: of the splinter's near tets
   std::vector<Link> links_;
@@ -53,7 +61,7 @@ class SplinterEmbedding {
   std::vector<std::vector<int>> corners_;       // vertices of each patch
   std::vector<std::vector<int>> own_, against_; // patches of each splinter, and those that lie against it
   std::vector<char> closed_;                    // of patches: as far as their own corners go
-  std::vector<int> group_;                      // scratch of settle: one a near tet
+  std::vector<int> group_;                      // scratch of find_connected: one a near tet
   std::vector<char> touched_;                   // scratch of follow
 };
 

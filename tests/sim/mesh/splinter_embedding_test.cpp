@@ -89,7 +89,7 @@ double worst_stretch(const SplinterMesh& mesh, const std::vector<Vec3>& x) {
 
 TEST(SplinterEmbedding, LiesWhereItsAuthorPutItAndFollowsTheMesh) {
   Bar bar;
-  const SplinterEmbedding embedding(bar.splinters, bar.mesh, bar.faces);
+  const SplinterEmbedding embedding = *SplinterEmbedding::make(bar.splinters, bar.mesh, bar.faces);
   Mat3 A;
   A << 1.2, 0.1, 0, -0.3, 0.9, 0.2, 0, 0.1, 1.1;
   for (Vec3& p : bar.x) p = A * p;
@@ -99,7 +99,7 @@ TEST(SplinterEmbedding, LiesWhereItsAuthorPutItAndFollowsTheMesh) {
 
 TEST(SplinterEmbedding, StaysWholeOnTheSideOfItsCentroidWhenTheBarParts) {
   Bar bar;
-  SplinterEmbedding embedding(bar.splinters, bar.mesh, bar.faces);
+  SplinterEmbedding embedding = *SplinterEmbedding::make(bar.splinters, bar.mesh, bar.faces);
   bar.cut_nodes(bar.nodes_in_middle());
   const std::vector<int> parted = bar.part();
   EXPECT_EQ(parted.size(), 2u);
@@ -111,9 +111,18 @@ TEST(SplinterEmbedding, StaysWholeOnTheSideOfItsCentroidWhenTheBarParts) {
   for (int v = 4; v < 8; ++v) EXPECT_GT(x[v].x(), 6.5);   // the second goes
 }
 
+TEST(SplinterEmbedding, OneThatReachesOutOfTheTetsLosesNoneOfThemAtRest) {
+  Bar bar;
+  SplinterMesh large;
+  add_splinter(large, Vec3(2.1, 0.6, 0.4), 3);
+  const SplinterEmbedding embedding = *SplinterEmbedding::make(large, bar.mesh, bar.faces);
+  const Embedding nearest = embed(large.surface.vertices, bar.mesh);
+  EXPECT_EQ(embedding.vertices().tet, nearest.tet);
+}
+
 TEST(SplinterEmbedding, WithoutReassociationItWouldBeDrawnOut) {
   Bar bar;
-  const SplinterEmbedding embedding(bar.splinters, bar.mesh, bar.faces);  // does not follow
+  const SplinterEmbedding embedding = *SplinterEmbedding::make(bar.splinters, bar.mesh, bar.faces);  // does not follow
   bar.cut_nodes(bar.nodes_in_middle());
   bar.move_right(5);
   EXPECT_GT(worst_stretch(bar.splinters, bar.positions(embedding)), 3);
@@ -121,7 +130,8 @@ TEST(SplinterEmbedding, WithoutReassociationItWouldBeDrawnOut) {
 
 TEST(SplinterEmbedding, TheOrderInWhichFacesPartDoesNotMatter) {
   Bar first, second;
-  SplinterEmbedding at_once(first.splinters, first.mesh, first.faces), by_turns(second.splinters, second.mesh, second.faces);
+  SplinterEmbedding at_once = *SplinterEmbedding::make(first.splinters, first.mesh, first.faces);
+  SplinterEmbedding by_turns = *SplinterEmbedding::make(second.splinters, second.mesh, second.faces);
   const std::vector<int> nodes = first.nodes_in_middle();
   first.cut_nodes(nodes);
   at_once.follow(first.faces, first.part());
@@ -158,7 +168,7 @@ TEST(SplinterEmbedding, FacesBetweenSplintersAreHiddenUntilACrackPartsThem) {
     Bar bar;
     const SplinterMesh mesh = two_bricks(apart ? 1.5 : 2.05, 2.4);  // the first is at home left of the cut, or right as the second
     ASSERT_TRUE(validate(mesh, "mesh")) << validate(mesh, "mesh").error().text();
-    SplinterEmbedding embedding(mesh, bar.mesh, bar.faces);
+    SplinterEmbedding embedding = *SplinterEmbedding::make(mesh, bar.mesh, bar.faces);
     EXPECT_TRUE(embedding.is_hidden(0) && embedding.is_hidden(1));
     bar.cut_nodes(bar.nodes_in_middle());
     embedding.follow(bar.faces, bar.part());

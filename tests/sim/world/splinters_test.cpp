@@ -13,7 +13,7 @@ std::shared_ptr<const SplinterMesh> stones(const TetMesh& mesh, double size) {
   Eigen::AlignedBox3d box;
   for (const Vec3& p : surface.vertices) box.extend(p);
   return std::make_shared<SplinterMesh>(
-      authoring::cut_splinters(*authoring::polyhedron_of(surface, -1), *authoring::stone_cells(box, size, 1)));
+      *authoring::cut_splinters(*authoring::polyhedron_of(surface), *authoring::stone_cells(box, size, 1)));
 }
 
 // A free pane of 0.8 x 0.8 x 0.1 m that a ball goes through.

@@ -25,6 +25,7 @@ function puff() {
 export class Dust {
   constructor(scene) {
     this.grains = [];
+    this.time = 0;
     this.geometry = new THREE.BufferGeometry();
     this.geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(3 * MOST), 3).setUsage(THREE.DynamicDrawUsage));
     this.geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(4 * MOST), 4).setUsage(THREE.DynamicDrawUsage));
@@ -46,10 +47,12 @@ export class Dust {
 
   // To simulated time [s].
   advance(time) {
-    this.grains = this.grains.filter((grain) => time >= grain.born && time - grain.born < LIFE);
+    if (time < this.time) this.grains = [];  // another world
+    this.time = time;
+    this.grains = this.grains.filter((grain) => time - grain.born < LIFE);  // some are of a step whose frame is to come
     const { position, color } = this.geometry.attributes;
     this.grains.forEach((grain, i) => {
-      const age = time - grain.born, flown = SLOWED * (1 - Math.exp(-age / SLOWED));
+      const age = Math.max(0, time - grain.born), flown = SLOWED * (1 - Math.exp(-age / SLOWED));
       const spread = Math.sqrt(age / LIFE), sunk = SINK * (age - flown);
       const at = (axis) => grain.from[axis] + flown * grain.speed[axis] + spread * grain.drift[axis];
       position.setXYZ(i, at(0), at(1) - sunk, at(2));
