@@ -4,6 +4,7 @@
 #include "server/lab/benchmark.h"
 #include "server/lab/benchmark_scenes.h"
 #include "server/lab/chart/chart_command.h"
+#include "server/lab/chart/timeline_command.h"
 #include "server/lab/material_preview.h"
 #include "server/lab/material_replay.h"
 #include "server/lab/stability/stability_command.h"
@@ -272,6 +273,7 @@ int main(int argc, char** argv) {
   b->callback([&] { exit_code = bench.run(); });
 
   lab::chart::add_chart_command(app, exit_code);
+  lab::chart::add_timeline_command(app, exit_code);
 
   lab::stability::add_command(app, exit_code);
 

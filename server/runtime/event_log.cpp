@@ -7,8 +7,12 @@ namespace crumple::runtime {
 void EventLog::append(sim::Event event) {
   assert(event.sequence == last_ + 1);
   last_ = event.sequence;
+  particles_ += event.particles.size();
   events_.push_back(std::make_shared<const sim::Event>(std::move(event)));
-  if (events_.size() > capacity_) events_.pop_front();
+  while (events_.size() > capacity_ || (particles_ > most_particles_ && events_.size() > 1)) {
+    particles_ -= events_.front()->particles.size();
+    events_.pop_front();
+  }
 }
 
 std::variant<std::monostate, SharedEvent, EventGap> EventLog::next(std::uint64_t after) const {

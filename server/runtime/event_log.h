@@ -12,10 +12,13 @@ namespace crumple::runtime {
 
 using SharedEvent = std::shared_ptr<const sim::Event>;
 
-// The last events of a world, in order and without gaps in their numbers. Not thread-safe.
+inline constexpr std::size_t kMaxLoggedParticles = 2'000'000;  // 48 MB
+
+// The last events of a world, in order and without gaps in their numbers; at most `capacity` of them, and fewer if they have more
+// than `particles` grains of dust in all, but the newest in any case. Not thread-safe.
 class EventLog {
  public:
-  explicit EventLog(std::size_t capacity) : capacity_(capacity) {}
+  explicit EventLog(std::size_t capacity, std::size_t particles = kMaxLoggedParticles) : capacity_(capacity), most_particles_(particles) {}
 
   void append(sim::Event event);  // event.sequence must be last() + 1
   std::uint64_t last() const { return last_; }  // number of the newest event; 0: none yet
@@ -24,7 +27,8 @@ class EventLog {
   std::variant<std::monostate, SharedEvent, EventGap> next(std::uint64_t after) const;
 
  private:
-  std::size_t capacity_;
+  std::size_t capacity_, most_particles_;
+  std::size_t particles_ = 0;
   std::uint64_t last_ = 0;
   std::deque<SharedEvent> events_;
 };

@@ -33,6 +33,16 @@ TEST(EventLog, NamesTheGapOfWhatItNoLongerHolds) {
   EXPECT_EQ(std::get<SharedEvent>(next)->sequence, 16u);
 }
 
+TEST(EventLog, KeepsFewerOfThoseWithMuchDustButTheNewestInAnyCase) {
+  EventLog log(10, 100);
+  for (std::uint64_t i = 1; i <= 5; ++i) log.append({.sequence = i, .particles = std::vector<DustParticle>(40)});
+  EXPECT_EQ(std::get<EventGap>(log.next(0)).last, 3u);  // two of 40 are left
+  EXPECT_EQ(std::get<SharedEvent>(log.next(3))->sequence, 4u);
+  log.append({.sequence = 6, .particles = std::vector<DustParticle>(400)});
+  EXPECT_EQ(std::get<EventGap>(log.next(3)).last, 5u);
+  EXPECT_EQ(std::get<SharedEvent>(log.next(5))->sequence, 6u);
+}
+
 TEST(EventLog, IsEmptyAtFirst) {
   EXPECT_EQ(EventLog(4).last(), 0u);
   EXPECT_TRUE(std::holds_alternative<std::monostate>(EventLog(4).next(0)));
