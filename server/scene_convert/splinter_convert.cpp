@@ -96,9 +96,14 @@ std::shared_ptr<const sim::SplinterMesh> to_shared_splinters(const v1::FemBody& 
                                                              const sim::SurfaceMesh* render, const std::string& field,
                                                              Conversion& c) {
   if (!c.breach.ok()) return nullptr;
-  std::string source = body.splinters().SerializeAsString() + '\n';
-  source += render ? body.render().SerializeAsString() : body.mesh().SerializeAsString() + '\n';
-  std::shared_ptr<const sim::SplinterMesh>& shared = c.splinter_meshes[source];
+  v1::FemBody source;  // what they are made of
+  *source.mutable_splinters() = body.splinters();
+  if (render) {
+    *source.mutable_render() = body.render();
+  } else {
+    *source.mutable_mesh() = body.mesh();
+  }
+  std::shared_ptr<const sim::SplinterMesh>& shared = c.splinter_meshes[source.SerializeAsString()];
   if (shared) return shared;
   const sim::SurfaceMesh surface = render ? *render : authoring::surface_of(mesh);
   sim::SplinterMesh made = make_splinters(body.splinters(), surface, render != nullptr, field, c);
