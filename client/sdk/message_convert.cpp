@@ -104,8 +104,7 @@ WorldEvent from_message(const v1::Event& message) {
   event.fragments = message.fragments();
   event.epoch = message.epoch();
   event.message = message.message();
-  const auto& p = message.particles();
-  for (int i = 0; i + 6 <= p.size(); i += 6) event.particles.push_back({{p[i], p[i + 1], p[i + 2]}, {p[i + 3], p[i + 4], p[i + 5]}});
+  event.particles = grains_of(message.particles());
   return event;
 }
 
@@ -122,9 +121,8 @@ v1::Event to_message(const WorldEvent& event) {
   message.set_fragments(event.fragments);
   message.set_epoch(event.epoch);
   message.set_message(event.message);
-  for (const DustParticle& grain : event.particles) {
-    for (const Vec3f& v : {grain.position, grain.velocity}) message.mutable_particles()->Add(v.begin(), v.end());
-  }
+  const std::vector<float> numbers = numbers_of(event.particles);
+  message.mutable_particles()->Add(numbers.begin(), numbers.end());
   return message;
 }
 

@@ -141,11 +141,8 @@ bool PageSession::watch_world(WorldId world) {
       if (!event->particles.empty()) {
         json["body"] = event->body;
         json["time"] = event->time;
-        for (const DustParticle& grain : event->particles) {
-          for (const Vec3f& v : {grain.position, grain.velocity}) {
-            for (const float number : v) json["particles"].push_back(std::isfinite(number) ? std::round(1e3 * number) / 1e3 : 0.0);  // millimetres
-          }
-        }
+        for (const float number : numbers_of(event->particles))
+          json["particles"].push_back(std::isfinite(number) ? std::round(1e3 * number) / 1e3 : 0.0);  // millimetres
       }
       send(false, std::make_shared<std::string>(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)));
     }

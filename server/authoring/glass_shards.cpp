@@ -1,5 +1,7 @@
 #include "server/authoring/glass_shards.h"
 
+#include "server/sim/scatter.h"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -116,7 +118,7 @@ class Breaker {
     return {middle + kShift * number() * length, Vec2(std::cos(turn), std::sin(turn))};
   }
 
-  double number() { return static_cast<double>(random_() >> 11) * 0x1p-52 - 1; }  // [-1, 1)
+  double number() { return 2 * sim::unit_interval(random_()) - 1; }  // [-1, 1)
 
   double largest_;
   std::mt19937_64 random_;

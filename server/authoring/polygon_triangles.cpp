@@ -155,14 +155,12 @@ std::vector<LoopGroup> grouped(std::span<const Vec3> points, const std::vector<s
   return groups;
 }
 
-std::vector<Triangle> triangles_of(std::span<const Vec3> points, const std::vector<std::vector<int>>& loops) {
-  const FlatFace face(points, loops);
+std::vector<Triangle> triangles_of(std::span<const Vec3> points, const LoopGroup& group) {
+  const FlatFace face(points, group);
+  std::vector<int> around = group.front();
+  for (std::size_t hole = 1; hole < group.size(); ++hole) face.join(around, group[hole]);
   std::vector<Triangle> triangles;
-  for (const LoopGroup& group : grouped(points, loops)) {
-    std::vector<int> around = group.front();
-    for (std::size_t hole = 1; hole < group.size(); ++hole) face.join(around, group[hole]);
-    face.cut_ears(std::move(around), triangles);
-  }
+  face.cut_ears(std::move(around), triangles);
   return triangles;
 }
 

@@ -11,10 +11,10 @@ namespace crumple::authoring {
 using LoopGroup = std::vector<std::vector<int>>;
 std::vector<LoopGroup> grouped(std::span<const Vec3> points, const std::vector<std::vector<int>>& loops);
 
-// Triangles of a flat face by cutting off ears, with the face's own points alone. points: of the solid; loops: ids of
-// points, outer ones counter-clockwise seen along -normal, holes clockwise. Holes are joined to the loop around them by
+// Triangles of a flat face by cutting off ears, with the face's own points alone. points: of the solid; group: ids of
+// points, the outer loop counter-clockwise seen along -normal, holes clockwise. Holes are joined to the loop around them by
 // the shortest bridge that crosses nothing. Loops that touch or are folded by rounding give thin triangles, never fewer
 // points.
-std::vector<Triangle> triangles_of(std::span<const Vec3> points, const std::vector<std::vector<int>>& loops);
+std::vector<Triangle> triangles_of(std::span<const Vec3> points, const LoopGroup& group);
 
 }  // namespace crumple::authoring

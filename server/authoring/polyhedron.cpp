@@ -3,6 +3,7 @@
 #include "common/text.h"
 #include "server/authoring/polygon_triangles.h"
 #include "server/sim/mesh/disjoint_sets.h"
+#include "server/sim/mesh/weld.h"
 
 #include <Eigen/Geometry>
 
@@ -156,13 +157,12 @@ class Clipper {
 
 Result<Polyhedron> polyhedron_of(const sim::SurfaceMesh& surface) {
   Polyhedron solid;
-  const auto before = [](const Vec3& a, const Vec3& b) { return std::ranges::lexicographical_compare(a, b); };
-  std::map<Vec3, int, decltype(before)> at(before);
+  const std::vector<int> first = sim::weld(surface.vertices, 0);
   std::vector<int> id;
-  for (const Vec3& p : surface.vertices) {
-    const auto [point, is_new] = at.try_emplace(p, static_cast<int>(solid.points.size()));
-    if (is_new) solid.points.push_back(p);
-    id.push_back(point->second);
+  for (std::size_t v = 0; v < first.size(); ++v) {
+    const bool is_first = first[v] == static_cast<int>(v);
+    id.push_back(is_first ? static_cast<int>(solid.points.size()) : id[first[v]]);
+    if (is_first) solid.points.push_back(surface.vertices[v]);
   }
   std::map<Edge, int> open;  // directed edges, less those in the other direction
   for (const Triangle& t : surface.triangles) {
@@ -211,13 +211,13 @@ double volume(const Polyhedron& solid) {
   return six / 6;
 }
 
-namespace {
-
 Eigen::AlignedBox3d box_of(const Polyhedron& solid) {
   Eigen::AlignedBox3d box;
   for (const Vec3& p : solid.points) box.extend(p);
   return box;
 }
+
+namespace {
 
 void append(Polyhedron& to, const Polyhedron& part) {
   const int first = static_cast<int>(to.points.size());

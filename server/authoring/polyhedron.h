@@ -34,6 +34,8 @@ Polyhedron clip(Polyhedron solid, const Vec3& normal, double offset, int label);
 // Volume [m^3], by the divergence theorem over the loops.
 double volume(const Polyhedron& solid);
 
+Eigen::AlignedBox3d box_of(const Polyhedron& solid);
+
 // The parts that have no point in common, cavities with what is around them.
 std::vector<Polyhedron> parts(const Polyhedron& solid);
 

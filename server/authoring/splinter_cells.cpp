@@ -3,6 +3,7 @@
 #include "common/text.h"
 #include "server/authoring/glass_shards.h"
 #include "server/authoring/polyhedron.h"
+#include "server/sim/scatter.h"
 
 #include <Eigen/LU>
 
@@ -25,6 +26,7 @@ Result<void> check_count(double count) {
 
 // Points of which each unit cube of a lattice has one, where it may be of use.
 struct Sites {
+  Box box;                    // around them
   std::array<int, 3> cubes;   // lattice cubes along each axis
   std::vector<int> of_cube;   // site of each, x first; -1: none
   std::vector<Vec3> points;
@@ -37,7 +39,7 @@ struct Sites {
 Result<Sites> scatter_sites(const Box& box, const Mat3& A, std::uint64_t seed) {
   Box scaled;
   for (int c = 0; c < 8; ++c) scaled.extend(A * box.corner(static_cast<Box::CornerType>(c)));
-  Sites sites{{1, 1, 1}, {}, {}};
+  Sites sites{scaled, {1, 1, 1}, {}, {}};
   double count = 1;
   for (int a = 0; a < 3; ++a) {
     const double cubes = std::max(1.0, std::ceil(scaled.sizes()[a]));
@@ -54,12 +56,11 @@ Result<Sites> scatter_sites(const Box& box, const Mat3& A, std::uint64_t seed) {
     return false;
   };
   std::mt19937_64 random(seed);
-  const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   for (int k = 0; k < sites.cubes[2]; ++k)
     for (int j = 0; j < sites.cubes[1]; ++j)
       for (int i = 0; i < sites.cubes[0]; ++i) {
         Vec3 y = scaled.min() + Vec3(i, j, k);
-        for (double& coordinate : y) coordinate += unit();
+        for (double& coordinate : y) coordinate += sim::unit_interval(random());
         sites.of_cube.push_back(is_far(y) ? -1 : static_cast<int>(sites.points.size()));
         if (sites.of_cube.back() >= 0) sites.points.push_back(y);
       }
@@ -69,9 +70,9 @@ Result<Sites> scatter_sites(const Box& box, const Mat3& A, std::uint64_t seed) {
 
 // The Voronoi cell of a site within the box: bisectors of sites in ever larger shells of lattice cubes, until none further
 // away can reach it.
-Polyhedron voronoi_cell(const Sites& sites, const std::array<int, 3>& cube, const Box& box) {
+Polyhedron voronoi_cell(const Sites& sites, const std::array<int, 3>& cube) {
   const Vec3& p = sites.points[sites.at(cube[0], cube[1], cube[2])];
-  Polyhedron cell = polyhedron_of(box);
+  Polyhedron cell = polyhedron_of(sites.box);
   const auto reach = [&] {
     double r = 0;
     for (const Vec3& corner : cell.points) r = std::max(r, (corner - p).norm());
@@ -104,8 +105,6 @@ Polyhedron voronoi_cell(const Sites& sites, const std::array<int, 3>& cube, cons
 Result<std::vector<SplinterCell>> voronoi_cells(const Box& box, const Mat3& A, std::uint64_t seed) {
   const auto sites = scatter_sites(box, A, seed);
   if (!sites) return std::unexpected(sites.error());
-  Box scaled;
-  for (int c = 0; c < 8; ++c) scaled.extend(A * box.corner(static_cast<Box::CornerType>(c)));
   const Mat3 back = A.inverse();
   std::vector<SplinterCell> cells;
   for (int k = 0; k < sites->cubes[2]; ++k)
@@ -113,7 +112,7 @@ Result<std::vector<SplinterCell>> voronoi_cells(const Box& box, const Mat3& A, s
       for (int i = 0; i < sites->cubes[0]; ++i) {
         const int site = sites->at(i, j, k);
         if (site < 0) continue;
-        const Polyhedron found = voronoi_cell(*sites, {i, j, k}, scaled);
+        const Polyhedron found = voronoi_cell(*sites, {i, j, k});
         const Vec3& own = sites->points[site];
         SplinterCell cell;
         for (const Vec3& p : found.points) cell.box.extend(back * p);

@@ -85,8 +85,7 @@ class Cutter {
     for (std::size_t w = 0; w < walls.size(); ++w)
       solid = clip(std::move(solid), walls[w].normal, walls[w].offset, static_cast<int>(w));
     for (const Polyhedron& part : parts(solid)) {
-      Eigen::AlignedBox3d box;
-      for (const Vec3& p : part.points) box.extend(p);
+      const Eigen::AlignedBox3d box = box_of(part);
       const double length = box.sizes().maxCoeff();
       if (volume(part) > kLeastVolume * length * length * length && !is_full()) add(part, cell, box);
     }

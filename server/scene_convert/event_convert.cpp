@@ -17,9 +17,8 @@ v1::Event to_message(const sim::Event& event) {
   message.set_fragments(event.fragments);
   message.set_epoch(event.epoch);
   message.set_message(event.message);
-  for (const DustParticle& grain : event.particles) {
-    for (const Vec3f& v : {grain.position, grain.velocity}) message.mutable_particles()->Add(v.begin(), v.end());
-  }
+  const std::vector<float> numbers = numbers_of(event.particles);
+  message.mutable_particles()->Add(numbers.begin(), numbers.end());
   return message;
 }
 

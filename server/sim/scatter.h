@@ -12,4 +12,7 @@ inline std::uint64_t scatter(std::uint64_t z) {
   return z ^ (z >> 31);
 }
 
+// The upper bits of a word as a number in [0, 1).
+inline double unit_interval(std::uint64_t bits) { return static_cast<double>(bits >> 11) * 0x1p-53; }
+
 }  // namespace crumple::sim

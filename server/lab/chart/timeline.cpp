@@ -1,20 +1,18 @@
 #include "server/lab/chart/timeline.h"
 
 #include "common/text.h"
+#include "server/lab/chart/motion.h"
 #include "server/lab/chart/pinning.h"
 #include "server/lab/chart/statistics.h"
 
 #include <algorithm>
-#include <chrono>
 #include <iomanip>
 #include <sstream>
 
 namespace crumple::lab::chart {
 namespace {
 
-double now_ms() {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now_ms() { return 1000 * now_seconds(); }
 
 struct Run {
   std::vector<double> ms;

@@ -19,7 +19,7 @@ std::vector<DustParticle> dust(const std::vector<TornFace>& faces, std::uint64_t
   }
   const double share = std::min(1.0, kMaxDust / std::max(sum, 1.0));
   std::uint64_t drawn = 0;
-  const auto unit = [&] { return static_cast<double>(scatter(seed ^ scatter(++drawn)) >> 11) * 0x1p-53; };
+  const auto unit = [&] { return unit_interval(scatter(seed ^ scatter(++drawn))); };
   std::vector<DustParticle> grains;
   double owed = unit();  // the rest of one face goes to the next
   for (std::size_t f = 0; f < faces.size(); ++f) {

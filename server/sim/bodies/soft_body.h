@@ -3,6 +3,7 @@
 #include "common/error.h"
 #include "common/frame.h"
 #include "server/sim/bodies/dust.h"
+#include "server/sim/bodies/piece_ref.h"
 #include "server/sim/bodies/rigid_fragment.h"
 #include "server/sim/bodies/soft_skin.h"
 #include "server/sim/contact/collision_mesh.h"

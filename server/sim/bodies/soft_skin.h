@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/frame.h"
+#include "server/sim/bodies/piece_ref.h"
 #include "server/sim/bodies/rigid_fragment.h"
 #include "server/sim/mesh/splinter_embedding.h"
 #include "server/sim/scene.h"
@@ -9,16 +10,6 @@
 #include <span>
 
 namespace crumple::sim {
-
-// Where a node or a tet of a finite-element body is: in what is left of the body, or in a rigid fragment of it.
-struct NodeRef {
-  int fragment = -1;  // -1: still the body's
-  int node = 0;
-};
-struct TetRef {
-  int fragment = -1;
-  int tet = 0;
-};
 
 // A body's parts as its skin sees them. Borrowed.
 struct SoftShape {

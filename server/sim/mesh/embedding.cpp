@@ -13,10 +13,8 @@ Embedding embed(std::span<const Vec3> vertices, const TetMesh& mesh) {
   embedding.weights.reserve(vertices.size());
   for (const Vec3& vertex : vertices) {
     const int t = tree.nearest(vertex).tet;
-    Mat34 X;
-    for (int k = 0; k < 4; ++k) X.col(k) = mesh.X[mesh.tets[t][k]];
     embedding.tet.push_back(t);
-    embedding.weights.push_back(barycentric(X, vertex));
+    embedding.weights.push_back(barycentric(rest_corners(mesh, t), vertex));
   }
   return embedding;
 }

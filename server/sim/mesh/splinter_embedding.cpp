@@ -3,7 +3,6 @@
 #include "common/text.h"
 #include "server/sim/mesh/disjoint_sets.h"
 #include "server/sim/mesh/tet_faces.h"
-#include "server/sim/mesh/tet_tree.h"
 #include "server/sim/mesh/weld.h"
 
 #include <algorithm>
@@ -19,12 +18,6 @@ double size_of(std::span<const Vec3> points) {
   return box.diagonal().norm();
 }
 
-Mat34 corners_of(const TetMesh& mesh, int t) {
-  Mat34 x;
-  for (int k = 0; k < 4; ++k) x.col(k) = mesh.X[mesh.tets[t][k]];
-  return x;
-}
-
 // Whether a plane of the tet's faces has all of the points beyond it, by more than `spare` [m].
 bool parts_from(const Mat34& x, std::span<const int> vertices, const std::vector<Vec3>& points, double spare) {
   return std::ranges::any_of(kTetFaces, [&](const Triangle& face) {
@@ -37,19 +30,22 @@ bool parts_from(const Mat34& x, std::span<const int> vertices, const std::vector
 }  // namespace
 
 Result<SplinterEmbedding> SplinterEmbedding::make(const SplinterMesh& splinters, const TetMesh& mesh, const SharedFaces& faces) {
-  SplinterEmbedding made(splinters, mesh);
-  if (auto found = made.find_near(mesh, faces); !found) return std::unexpected(found.error());
+  const TetTree tree(mesh);
+  SplinterEmbedding made(splinters, mesh, tree);
+  if (auto found = made.find_near(mesh, tree, faces); !found) return std::unexpected(found.error());
   return made;
 }
 
-SplinterEmbedding::SplinterEmbedding(const SplinterMesh& splinters, const TetMesh& mesh)
-    : rest_(splinters.surface.vertices), twin_(weld(rest_, 1e-9 * size_of(rest_))), vertices_(embed(rest_, mesh)),
-      home_(splinters.count), vertex_begin_(splinters.count + 1, 0), near_begin_{0}, link_begin_{0}, patches_(splinters.patches),
+SplinterEmbedding::SplinterEmbedding(const SplinterMesh& splinters, const TetMesh& mesh, const TetTree& tree)
+    : rest_(splinters.surface.vertices), twin_(weld(rest_, 1e-9 * size_of(rest_))), home_(splinters.count), vertex_begin_(splinters.count + 1, 0), near_begin_{0}, link_begin_{0}, patches_(splinters.patches),
       corners_(patches_.size()), own_(splinters.count), against_(splinters.count), closed_(patches_.size(), 0),
       touched_(splinters.count, 0) {
+  for (int t = 0; t < mesh.tet_count(); ++t) corners_of_tet_.push_back(rest_corners(mesh, t));
   for (std::size_t v = 0; v < rest_.size(); ++v) {
-    vertices_.tet[v] = vertices_.tet[twin_[v]];
-    vertices_.weights[v] = vertices_.weights[twin_[v]];
+    const bool first = twin_[v] == static_cast<int>(v);
+    const int t = first ? tree.nearest(rest_[v]).tet : vertices_.tet[twin_[v]];
+    vertices_.tet.push_back(t);
+    vertices_.weights.push_back(first ? barycentric(corners_of_tet_[t], rest_[v]) : vertices_.weights[twin_[v]]);
   }
   tet_at_rest_ = vertices_.tet;
   for (std::size_t t = 0; t < splinters.patch.size(); ++t) {
@@ -68,8 +64,6 @@ SplinterEmbedding::SplinterEmbedding(const SplinterMesh& splinters, const TetMes
   vertex_id_.resize(rest_.size());
   std::vector<int> end(vertex_begin_.begin(), vertex_begin_.end() - 1);
   for (std::size_t v = 0; v < rest_.size(); ++v) vertex_id_[end[splinters.splinter[v]]++] = static_cast<int>(v);
-
-  for (int t = 0; t < mesh.tet_count(); ++t) corners_of_tet_.push_back(corners_of(mesh, t));
 }
 
 std::span<const int> SplinterEmbedding::vertices_of(int splinter) const {
@@ -78,8 +72,7 @@ std::span<const int> SplinterEmbedding::vertices_of(int splinter) const {
 
 // Of the tets whose boxes meet the splinter's, those that no plane of theirs parts from it: they surround its home without a
 // gap where it lies in the mesh. One that reaches out of it may need those in between as well.
-Result<void> SplinterEmbedding::find_near(const TetMesh& mesh, const SharedFaces& faces) {
-  const TetTree tree(mesh);
+Result<void> SplinterEmbedding::find_near(const TetMesh& mesh, const TetTree& tree, const SharedFaces& faces) {
   std::vector<std::vector<std::pair<int, int>>> beyond(mesh.tet_count());  // face, the tet on its other side; of the lower tet
   for (int f = 0; f < faces.count(); ++f) beyond[faces[f].tet[0]].emplace_back(f, faces[f].tet[1]);
   std::vector<std::vector<int>> users(faces.count());
@@ -108,7 +101,7 @@ Result<void> SplinterEmbedding::find_near(const TetMesh& mesh, const SharedFaces
     for (int l = link_begin_[s]; l < link_begin_[s + 1]; ++l) users[links_[l].face].push_back(s);
     if (near_.size() > kMaxNear)
       return invalid("", text("lie in more than ", kMaxNear, " tets, one by one: make them smaller, or fewer tets"));
-    settle(s, faces);
+    move_vertices(s);
   }
   for (int s = 0; s < static_cast<int>(home_.size()); ++s) look_at_patches_of(s);
   user_begin_.push_back(0);
@@ -157,7 +150,10 @@ void SplinterEmbedding::follow(const SharedFaces& faces, std::span<const int> pa
       some.push_back(user_[u]);
     }
   }
-  for (const int s : some) settle(s, faces);
+  for (const int s : some) {
+    find_connected(s, faces);
+    move_vertices(s);
+  }
   for (const int s : some) {
     look_at_patches_of(s);
     touched_[s] = 0;
@@ -175,8 +171,7 @@ void SplinterEmbedding::find_connected(int splinter, const SharedFaces& faces) {
     connected_[near_begin_[splinter] + k] = find_root(group_, static_cast<int>(k)) == home;
 }
 
-void SplinterEmbedding::settle(int splinter, const SharedFaces& faces) {
-  find_connected(splinter, faces);
+void SplinterEmbedding::move_vertices(int splinter) {
   const std::span<const int> near = near_of(splinter);
   const char* connected = &connected_[near_begin_[splinter]];
   for (const int v : vertices_of(splinter)) {

@@ -3,6 +3,7 @@
 #include "server/sim/mesh/embedding.h"
 #include "server/sim/mesh/shared_faces.h"
 #include "server/sim/mesh/splinters.h"
+#include "server/sim/mesh/tet_tree.h"
 
 #include <Eigen/Geometry>
 
@@ -24,7 +25,6 @@ class SplinterEmbedding {
   void follow(const SharedFaces& faces, std::span<const int> parted);
 
   const Embedding& vertices() const { return vertices_; }
-  int home(int splinter) const { return home_[splinter]; }
   // The lowest vertex at the same place at rest, to a thousandth of a millionth of the whole.
   int twin(int vertex) const { return twin_[vertex]; }
   // Nobody sees the patch: its corners, and those of what lies against it, are where they were at rest, in tets that are
@@ -32,15 +32,15 @@ class SplinterEmbedding {
   bool is_hidden(int patch) const;
 
  private:
-  SplinterEmbedding(const SplinterMesh& splinters, const TetMesh& mesh);
-  Result<void> find_near(const TetMesh& mesh, const SharedFaces& faces);
+  SplinterEmbedding(const SplinterMesh& splinters, const TetMesh& mesh, const TetTree& tree);
+  Result<void> find_near(const TetMesh& mesh, const TetTree& tree, const SharedFaces& faces);
   void add_near(int splinter, std::vector<int> near, std::span<const int> known,
                 const std::vector<std::vector<std::pair<int, int>>>& beyond, const SharedFaces& faces);
   void drop_last_near(int splinter);
   std::span<const int> vertices_of(int splinter) const;
   std::span<const int> near_of(int splinter) const;
   void find_connected(int splinter, const SharedFaces& faces);
-  void settle(int splinter, const SharedFaces& faces);
+  void move_vertices(int splinter);  // from tets that are not connected to the home
   void look_at_patches_of(int splinter);
   bool is_closed(int patch) const;
 

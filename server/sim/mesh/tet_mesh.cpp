@@ -7,6 +7,12 @@
 
 namespace crumple::sim {
 
+Mat34 rest_corners(const TetMesh& mesh, int t) {
+  Mat34 x;
+  for (int k = 0; k < 4; ++k) x.col(k) = mesh.X[mesh.tets[t][k]];
+  return x;
+}
+
 double signed_volume(const TetMesh& mesh, int t) {
   const Tet& tet = mesh.tets[t];
   const Vec3& X0 = mesh.X[tet[0]];

@@ -18,6 +18,9 @@ struct TetMesh {
   int tet_count() const { return static_cast<int>(tets.size()); }
 };
 
+// Rest positions of the corners of tet t, in columns [m].
+Mat34 rest_corners(const TetMesh& mesh, int t);
+
 // det(X1-X0, X2-X0, X3-X0) / 6 of tet t [m^3].
 double signed_volume(const TetMesh& mesh, int t);
 

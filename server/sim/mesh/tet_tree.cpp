@@ -15,12 +15,6 @@ namespace {
 
 constexpr int kLeafTets = 4;
 
-Mat34 corners(const TetMesh& mesh, int t) {
-  Mat34 x;
-  for (int k = 0; k < 4; ++k) x.col(k) = mesh.X[mesh.tets[t][k]];
-  return x;
-}
-
 double squared_distance_to_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const Vec3 ab = b - a;
   const double s = std::clamp((p - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
@@ -66,7 +60,7 @@ TetTree::TetTree(const TetMesh& mesh) : mesh_(mesh), order_(mesh.tet_count()) {
   assert(mesh.tet_count() > 0);
   std::iota(order_.begin(), order_.end(), 0);
   std::vector<Vec3> centroids(mesh.tet_count());
-  for (int t = 0; t < mesh.tet_count(); ++t) centroids[t] = corners(mesh, t).rowwise().mean();
+  for (int t = 0; t < mesh.tet_count(); ++t) centroids[t] = rest_corners(mesh, t).rowwise().mean();
   branches_.reserve(2 * order_.size());
   branches_.push_back({{}, 0, mesh.tet_count(), -1});
   build(0, centroids);
@@ -136,7 +130,7 @@ void TetTree::visit(int branch, double box_distance, const Vec3& p, Hit& best) c
   }
   for (int i = here.begin; i < here.end; ++i) {
     const int t = order_[i];
-    const double d = squared_distance(corners(mesh_, t), p);
+    const double d = squared_distance(rest_corners(mesh_, t), p);
     if (best.tet < 0 || d < best.squared_distance || (d == best.squared_distance && t < best.tet)) best = {t, d};
   }
 }

@@ -1,5 +1,6 @@
 #include "server/sim/mesh/weld.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -9,11 +10,13 @@ namespace crumple::sim {
 std::vector<int> weld(std::span<const Vec3> points, double tolerance) {
   using Cell = std::array<std::int64_t, 3>;
   std::map<Cell, std::vector<int>> kept;  // points that are the first of their place
-  const double edge = std::max(tolerance, 1e-300);
   const Vec3 origin = points.empty() ? Vec3::Zero() : points.front();
+  double reach = 1e-300;
+  for (const Vec3& p : points) reach = std::max(reach, (p - origin).cwiseAbs().maxCoeff());
+  const double edge = std::max(tolerance, 1e-12 * reach);
   const auto cell_of = [&](const Vec3& p) {
     Cell cell;
-    for (int a = 0; a < 3; ++a) cell[a] = static_cast<std::int64_t>(std::clamp(std::floor((p[a] - origin[a]) / edge), -9e18, 9e18));
+    for (int a = 0; a < 3; ++a) cell[a] = static_cast<std::int64_t>(std::floor((p[a] - origin[a]) / edge));
     return cell;
   };
   std::vector<int> first;
