@@ -45,6 +45,18 @@ sim::fem::FlowRule to_flow_rule(int rule, const std::string& field, Conversion& 
   return {};
 }
 
+sim::fem::FractureOrder to_fracture_order(int order, const std::string& field, Conversion& c) {
+  switch (order) {
+    case v1::FemMaterial::RANDOM:
+      return sim::fem::FractureOrder::random;
+    case v1::FemMaterial::LARGEST_FIRST:
+      return sim::fem::FractureOrder::largest_first;
+    default:
+      c.breach.require(false, field, "is " + std::to_string(order) + ", must be RANDOM or LARGEST_FIRST");
+  }
+  return {};
+}
+
 }  // namespace
 
 sim::fem::FemMaterial to_material(const v1::FemMaterial& message, const std::string& field, Conversion& c) {
@@ -65,6 +77,7 @@ sim::fem::FemMaterial to_material(const v1::FemMaterial& message, const std::str
   if (message.has_raw_toughness()) m.raw_toughness = message.raw_toughness();
   if (message.has_fracture_interval()) m.fracture_interval = message.fracture_interval();
   if (message.has_max_splits_per_step()) m.max_splits_per_step = message.max_splits_per_step();
+  m.fracture_order = to_fracture_order(message.fracture_order(), field + ".fracture_order", c);
   if (message.has_dust()) m.dust = message.dust();
   if (message.has_friction()) m.friction = message.friction();
   if (message.has_cg_tolerance()) m.cg_tolerance = message.cg_tolerance();
@@ -78,6 +91,7 @@ sim::FemModel to_fem(const v1::FemBody& message, const std::string& field, Conve
   if (message.has_clamp_limit()) model.clamp_limit = message.clamp_limit();
   model.element = to_element(message.element(), field + ".element", c);
   if (message.has_rigid_fragments()) model.rigid_fragments = message.rigid_fragments();
+  if (message.has_self_contact()) model.self_contact = message.self_contact();
   model.mesh = to_shared_tets(message.mesh(), field + ".mesh", c);
   if (c.breach.ok()) model.regions = to_regions(message.regions(), model.material, *model.mesh, field + ".regions", c);
   for (int i = 0; c.breach.ok() && i < message.motions_size(); ++i) {

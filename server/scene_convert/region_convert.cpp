@@ -109,6 +109,7 @@ void refuse_whole_body_fields(const v1::FemMaterial& message, const std::string&
   refuse(message.has_cg_max_iterations(), "cg_max_iterations");
   refuse(message.has_raw_toughness(), "raw_toughness");
   refuse(message.has_fracture_interval(), "fracture_interval");
+  refuse(message.fracture_order() != v1::FemMaterial::RANDOM, "fracture_order");
   refuse(message.has_max_splits_per_step(), "max_splits_per_step");
 }
 

@@ -17,13 +17,26 @@ namespace {
 
 constexpr std::size_t kMaxDescriptionBytes = 64 * 1024;
 
-sim::ContactSettings to_contact(const v1::ContactSettings& message) {
+sim::FrictionLaw to_friction_law(int law, Conversion& c) {
+  switch (law) {
+    case v1::ContactSettings::COULOMB:
+      return sim::FrictionLaw::coulomb;
+    case v1::ContactSettings::WEIGHT_HEURISTIC:
+      return sim::FrictionLaw::weight_heuristic;
+    default:
+      c.breach.require(false, "contact.friction", "is " + std::to_string(law) + ", must be COULOMB or WEIGHT_HEURISTIC");
+  }
+  return {};
+}
+
+sim::ContactSettings to_contact(const v1::ContactSettings& message, Conversion& c) {
   sim::ContactSettings contact;
   if (message.has_raw_damping()) contact.raw_damping = message.raw_damping();
   if (message.has_phi()) contact.phi = message.phi();
   if (message.has_kappa()) contact.kappa = message.kappa();
   if (message.has_recovery_steps()) contact.recovery_steps = message.recovery_steps();
   if (message.has_max_recovery_speed()) contact.max_recovery_speed = message.max_recovery_speed();
+  contact.friction = to_friction_law(message.friction(), c);
   return contact;
 }
 
@@ -72,7 +85,7 @@ void set_world(const v1::Scene& message, sim::SceneDescription& scene, Conversio
   if (message.has_unguarded()) scene.unguarded = message.unguarded();
   scene.solver = to_solver(message.solver(), c);
   if (message.has_seed()) scene.seed = message.seed();
-  scene.contact = to_contact(message.contact());
+  scene.contact = to_contact(message.contact(), c);
   scene.sleep = to_sleep(message.sleep());
 }
 

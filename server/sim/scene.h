@@ -71,6 +71,7 @@ struct FemModel {
   double clamp_limit = 0;                    // limit of the basis matrices' singular values [1/m], [0, 1e9];
                                              // 0: 20 / mean edge
   int rigid_fragments = 9;                   // pieces of at most so many tets go on as rigid bodies, [0, 1e6]; 0: none
+  bool self_contact = false;                 // parts of one piece that are not near each other at rest meet
   std::shared_ptr<const SurfaceMesh> render; // embedded; null, or breakable: the tets' own surface is drawn
   std::shared_ptr<const SplinterMesh> splinters;  // drawn instead, breakable or not; null: none
 };
@@ -95,6 +96,12 @@ struct BodyDescription {
   float opacity = 1.0f;                      // [0, 1]
 };
 
+// What bounds the friction of a contact.
+enum class FrictionLaw {
+  coulomb,           // mu times the contact's own normal force; sticks below that
+  weight_heuristic,  // the paper's: a damper of the island's weight, shared by volume
+};
+
 // ---- contact of soft bodies (Parker & O'Brien 2009, section 6; CONTACT.md's law as default) --------------------
 struct ContactSettings {
   bool raw_damping = false;   // the paper's: force phi |r| s and nothing else
@@ -102,6 +109,7 @@ struct ContactSettings {
   double kappa = 100;         // strength of "law2" rows [-], [0, 1e6]
   double recovery_steps = 4;  // tau = recovery_steps dt: depth is taken back over this time; [1, 1e6]
   double max_recovery_speed = 1;  // v_max [m/s], [0, 1e3]
+  FrictionLaw friction = FrictionLaw::coulomb;
 };
 
 // ---- islands that sleep (Parker & O'Brien 2009, section 4) ----------------------------------------------------------

@@ -47,6 +47,7 @@ TEST(SceneConvert, MissingFieldsTakeTheDefaultsOfTheScene) {
   EXPECT_EQ(got.contact.kappa, expected.contact.kappa);
   EXPECT_EQ(got.contact.recovery_steps, expected.contact.recovery_steps);
   EXPECT_EQ(got.contact.max_recovery_speed, expected.contact.max_recovery_speed);
+  EXPECT_EQ(got.contact.friction, expected.contact.friction);
   EXPECT_EQ(got.sleep.speed, expected.sleep.speed);
   EXPECT_EQ(got.sleep.time, expected.sleep.time);
   EXPECT_EQ(got.sleep.wake_acceleration, expected.sleep.wake_acceleration);
@@ -97,12 +98,14 @@ TEST(SceneConvert, MissingFieldsOfAMaterialTakeItsDefaults) {
   EXPECT_EQ(got.raw_toughness, expected.raw_toughness);
   EXPECT_EQ(got.fracture_interval, expected.fracture_interval);
   EXPECT_EQ(got.max_splits_per_step, expected.max_splits_per_step);
+  EXPECT_EQ(got.fracture_order, expected.fracture_order);
   EXPECT_EQ(got.dust, expected.dust);
   EXPECT_EQ(got.friction, expected.friction);
   EXPECT_EQ(got.cg_tolerance, expected.cg_tolerance);
   EXPECT_EQ(got.cg_max_iterations, expected.cg_max_iterations);
   EXPECT_EQ(model.clamp_limit, sim::FemModel().clamp_limit);
   EXPECT_EQ(model.rigid_fragments, sim::FemModel().rigid_fragments);
+  EXPECT_EQ(model.self_contact, sim::FemModel().self_contact);
   EXPECT_TRUE(model.regions.empty());
   EXPECT_EQ(model.splinters, nullptr);
 }
@@ -131,7 +134,7 @@ TEST(SceneConvert, MissingFieldsOfAnExampleBodyTakeItsDefaults) {
 TEST(SceneConvert, EveryFieldArrives) {
   const auto scene = convert(
       "name: 'n' gravity { z: -1 } dt: 0.004 rigid_substeps: 3 creep_dt: 0.02 rate_dt: 0.03 integrator: BDF2 float_solver: true unguarded: true solver: MULTIGRID seed: 9 "
-      "contact { raw_damping: true phi: 5 kappa: 6 recovery_steps: 7 max_recovery_speed: 8 } "
+      "contact { raw_damping: true phi: 5 kappa: 6 recovery_steps: 7 max_recovery_speed: 8 friction: WEIGHT_HEURISTIC } "
       "sleep { speed: 0.5 time: 0.25 wake_acceleration: 3 } "
       "bodies { name: 'r' pose { position { x: 1 y: 2 z: 3 } } velocity { x: 4 } angular_velocity { y: 5 }"
       "  colour { r: 0.5 g: 0.25 b: 1 } opacity: 0.5"
@@ -139,9 +142,9 @@ TEST(SceneConvert, EveryFieldArrives) {
       "    shapes { pose { position { y: 1 } } cylinder { radius: 2 half_length: 3 } }"
       "    shapes { convex_hull { points {} points { x: 1 } points { y: 1 } points { z: 1 } } }"
       "    motion { time: 1 pose { position { x: 6 } } } motion { time: 2 } } } " +
-      fem_body("clamp_limit: 50 element: SMOOTHED_OCTAHEDRA rigid_fragments: 12 material { young: 2e7 poisson_ratio: 0.25 density: 2500 damping_mass: 1"
+      fem_body("clamp_limit: 50 element: SMOOTHED_OCTAHEDRA rigid_fragments: 12 self_contact: true material { young: 2e7 poisson_ratio: 0.25 density: 2500 damping_mass: 1"
                " damping_stiffness: 2 rotation: POLAR_QR flow: DEVIATORIC yield: 0.5 creep: 0.75 max_plastic: 3 raw_creep: true"
-               " breakable: true toughness: 1e5 raw_toughness: true fracture_interval: 4 max_splits_per_step: 5"
+               " breakable: true toughness: 1e5 raw_toughness: true fracture_interval: 4 max_splits_per_step: 5 fracture_order: LARGEST_FIRST"
                " dust: 7 friction: 0.6 cg_tolerance: 1e-7 cg_max_iterations: 80 }"
                " motions { nodes { ids { ids: [3, 0] } } keys { time: 1 pose { position { z: 2 } } } }") +
       "bodies { name: 'e' asleep: true example { density: 10 mass: 11 friction: 1.5 parameters { alpha: 1 beta: 2 gamma: 3"
@@ -164,6 +167,7 @@ TEST(SceneConvert, EveryFieldArrives) {
   EXPECT_EQ(scene.contact.kappa, 6);
   EXPECT_EQ(scene.contact.recovery_steps, 7);
   EXPECT_EQ(scene.contact.max_recovery_speed, 8);
+  EXPECT_EQ(scene.contact.friction, sim::FrictionLaw::weight_heuristic);
   EXPECT_EQ(scene.sleep.speed, 0.5);
   EXPECT_EQ(scene.sleep.time, 0.25);
   EXPECT_EQ(scene.sleep.wake_acceleration, 3);
@@ -194,9 +198,11 @@ TEST(SceneConvert, EveryFieldArrives) {
                          m.max_plastic, m.toughness, m.friction, m.cg_tolerance, fem.clamp_limit}),
             (std::vector{2e7, 0.25, 2500., 1., 2., 0.5, 0.75, 3., 1e5, 0.6, 1e-7, 50.}));
   EXPECT_EQ(fem.rigid_fragments, 12);
+  EXPECT_TRUE(fem.self_contact);
   EXPECT_EQ(fem.element, sim::fem::ElementKind::smoothed_octahedra);
   EXPECT_EQ((std::vector{m.fracture_interval, m.max_splits_per_step, m.cg_max_iterations}), (std::vector{4, 5, 80}));
   EXPECT_EQ(m.dust, 7);
+  EXPECT_EQ(m.fracture_order, sim::fem::FractureOrder::largest_first);
   EXPECT_EQ(m.rotation, sim::fem::RotationRule::polar_qr);
   EXPECT_EQ(m.flow, sim::fem::FlowRule::deviatoric);
   EXPECT_TRUE(m.raw_creep && m.breakable && m.raw_toughness);
@@ -328,7 +334,7 @@ TEST(SceneConvert, TagsOfAMeshSelectTets) {
   const auto scene = convert(
       "bodies { name: 'b' fem { mesh { inline_mesh { positions: [0,0,0, 1,0,0, 0,1,0, 0,0,1, 1,1,1]"
       "  tets: [0,1,2,3, 1,4,2,3] tags: [7, -2] } }"
-      "  material { friction: 0.7 cg_tolerance: 1e-5 cg_max_iterations: 90 fracture_interval: 3 max_splits_per_step: 4"
+      "  material { friction: 0.7 cg_tolerance: 1e-5 cg_max_iterations: 90 fracture_interval: 3 max_splits_per_step: 4 fracture_order: LARGEST_FIRST"
       "    raw_toughness: true breakable: true density: 2000 }"
       "  regions { tets { tag: -2 } material { density: 5 yield: 0.1 } } } }");
   const auto& fem = std::get<sim::FemModel>(scene.bodies.at(0).model);
@@ -344,6 +350,7 @@ TEST(SceneConvert, TagsOfAMeshSelectTets) {
   EXPECT_EQ((std::vector{m.friction, m.cg_tolerance}), (std::vector{0.7, 1e-5}));
   EXPECT_EQ((std::vector{m.cg_max_iterations, m.fracture_interval, m.max_splits_per_step}), (std::vector{90, 3, 4}));
   EXPECT_TRUE(m.raw_toughness);
+  EXPECT_EQ(m.fracture_order, sim::fem::FractureOrder::largest_first);
 }
 
 TEST(SceneConvert, TriangleBodiesGetTetsThatEncloseThem) {

@@ -17,6 +17,12 @@ enum class FlowRule {
                // moment (moment_balance), which the paper's get from plastic strain that is not coaxial
 };
 
+// In which order nodes are looked at for splits (section 5).
+enum class FractureOrder {
+  random,         // the paper's: from the world's seed, each node by what it was before any of them split
+  largest_first,  // O'Brien & Hodgins (1999): the largest eigenvalue first, and what a split changed anew
+};
+
 // A material of a finite-element body; artists set all of it. Of a body of several materials, material_region.h says
 // which fields go for the whole body.
 struct FemMaterial {
@@ -40,6 +46,7 @@ struct FemMaterial {
   bool raw_toughness = false;    // the paper's: eigenvalue in newtons, depends on the mesh
   int fracture_interval = 1;     // look for splits every so many steps, [1, 1e6]
   int max_splits_per_step = 200; // [1, 1e6]
+  FractureOrder fracture_order = FractureOrder::random;
 
   double dust = 0;               // grains drawn to a square metre of new surface [1/m^2], [0, 1e6]
 

@@ -14,6 +14,7 @@ Result<void> validate_whole_body(const FemMaterial& own, const FemMaterial& body
   for (const Result<void>& result :
        {same("raw_toughness", own.raw_toughness, body.raw_toughness),
         same("fracture_interval", own.fracture_interval, body.fracture_interval),
+        same("fracture_order", static_cast<int>(own.fracture_order), static_cast<int>(body.fracture_order)),
         same("max_splits_per_step", own.max_splits_per_step, body.max_splits_per_step),
         same("friction", own.friction, body.friction), same("cg_tolerance", own.cg_tolerance, body.cg_tolerance),
         same("cg_max_iterations", own.cg_max_iterations, body.cg_max_iterations)})
@@ -26,6 +27,7 @@ Result<void> validate_whole_body(const FemMaterial& own, const FemMaterial& body
 void copy_whole_body_fields(const FemMaterial& from, FemMaterial& to) {
   to.raw_toughness = from.raw_toughness;
   to.fracture_interval = from.fracture_interval;
+  to.fracture_order = from.fracture_order;
   to.max_splits_per_step = from.max_splits_per_step;
   to.friction = from.friction;
   to.cg_tolerance = from.cg_tolerance;
