@@ -55,8 +55,9 @@ sim::linear_solver::SolverKind to_solver(int solver, Conversion& c) {
     case v1::Scene::BLOCK_JACOBI: return SolverKind::jacobi;
     case v1::Scene::MULTIGRID: return SolverKind::multigrid;
     case v1::Scene::DIRECT: return SolverKind::direct;
+    case v1::Scene::RIGID_MODES: return SolverKind::rigid_modes;
     default:
-      c.breach.require(false, "solver", "is " + std::to_string(solver) + ", must be AUTOMATIC, BLOCK_JACOBI, MULTIGRID or DIRECT");
+      c.breach.require(false, "solver", "is " + std::to_string(solver) + ", must be AUTOMATIC, BLOCK_JACOBI, MULTIGRID, DIRECT or RIGID_MODES");
   }
   return {};
 }

@@ -106,10 +106,10 @@ std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
     if (b < soft.size()) {
       if (soft[b].is_empty()) continue;
       bodies[b].system = &soft[b].system;
+      bodies[b].x = &soft[b].state.x;
       bodies[b].X = &soft[b].X;
       bodies[b].mean_tet_volume = soft[b].mean_tet_volume;
       bodies[b].hierarchy = &soft[b].hierarchy;
-      bodies[b].pieces = soft[b].pieces();
       continue;
     }
     if (!rigid.is_moving(id)) continue;
@@ -160,14 +160,19 @@ void World::Impl::solve(StepReport& report) {
   for (const islands::CompositeIsland& island : in_one) options.push_back(solve_options(island));
   const contact::FrictionMemory before = std::exchange(friction, {});
   const auto solutions = islands::solve_all(in_one, island_bodies, options, before, pool);
+  std::vector<std::vector<Solved>> broken_up(whole_count);
+  pool.for_chunks(static_cast<int>(whole_count), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) broken_up[i] = solve_breaking(composite[i], solutions[i], before);
+  });
+  const auto finish = [&](const islands::CompositeIsland& island, const islands::IslandSolution& solution,
+                          std::span<const islands::IslandBody> bodies, IslandAccount& account) {
+    account_contact(island, solution, bodies, account);
+    take(island, solution, scene.dt, account, report);
+    contact::remember_friction(island.rows, friction);
+  };
   for (std::size_t i = 0; i < whole_count; ++i) {
-    if (break_ahead(composite[i], solutions[i], 0)) {
-      solve_broken(composite[i], before, 0, accounts[i], report);
-      continue;
-    }
-    account_contact(composite[i], solutions[i], island_bodies, accounts[i]);
-    take(composite[i], solutions[i], scene.dt, accounts[i], report);
-    contact::remember_friction(composite[i].rows, friction);
+    if (broken_up[i].empty()) finish(composite[i], solutions[i], island_bodies, accounts[i]);
+    for (const Solved& part : broken_up[i]) finish(part.island, part.solution, part.bodies, accounts[i]);
   }
   for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
   keep_friction_of_sleepers(before);
@@ -244,8 +249,10 @@ void World::Impl::fracture(StepReport& report) {
   }
   hand_over();  // what was drawn before is drawn as it was
   if (broke.empty()) return;
+  pool.for_chunks(static_cast<int>(broke.size()), 1, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) soft[broke[k]].draw();
+  });
   for (const std::size_t b : broke) {
-    soft[b].draw();
     rebuild_topology(soft[b].id);
     std::vector<DustParticle> grains = soft[b].take_dust(scene.seed, step);
     if (grains.empty()) continue;

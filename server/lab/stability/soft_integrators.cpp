@@ -44,6 +44,7 @@ SolveReport step_as_island(SoftTrial& trial, double dt, SolverKind solver) {
   const double volume = std::accumulate(rest.volume.begin(), rest.volume.end(), 0.0);
   const std::vector<sim::islands::IslandBody> bodies{{.system = &system,
                                                       .hierarchy = &trial.hierarchy,
+                                                      .x = &trial.state.x,
                                                       .X = &trial.mesh.X,
                                                       .mean_tet_volume = volume / trial.mesh.tet_count()}};
   sim::islands::CompositeIsland island{.soft = {0}};

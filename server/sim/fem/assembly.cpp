@@ -1,9 +1,11 @@
 #include "server/sim/fem/assembly.h"
 
 #include "server/sim/fem/quad.h"
+#include "server/sim/mesh/disjoint_sets.h"
 
 #include <cassert>
 #include <functional>
+#include <numeric>
 
 namespace crumple::sim::fem {
 
@@ -50,6 +52,18 @@ void connect(const RestBody& rest, const std::vector<Tet>& tets, int node_count,
   find_materials(rest, elements, s);
 }
 
+void find_pieces(int node_count, StepSystem& s) {
+  std::vector<int> parent(node_count);
+  std::iota(parent.begin(), parent.end(), 0);
+  for (const auto& [i, j] : s.connectivity.edges) unite(parent, i, j);
+  s.piece.resize(node_count);
+  s.piece_count = 0;
+  for (int i = 0; i < node_count; ++i) {  // a root is the lowest node of its piece
+    const int root = find_root(parent, i);
+    s.piece[i] = root == i ? s.piece_count++ : s.piece[root];
+  }
+}
+
 void rebuild(const RestBody& rest, const std::vector<Tet>& tets, int node_count, StepSystem& s) {
   s.tets = tets;
   s.with_split = false;
@@ -57,6 +71,7 @@ void rebuild(const RestBody& rest, const std::vector<Tet>& tets, int node_count,
   for (int k = 0; rest.smoothed() && k < rest.material_count(); ++k)
     if (rest.material_at(k).poisson > kNearlyIncompressible) s.spectral_bound = 6;
   connect(rest, tets, node_count, s);
+  find_pieces(node_count, s);
   std::visit(
       [&]<class Scalar>(BlockSparseMatrix<Scalar>& A) {
         A = BlockSparseMatrix<Scalar>::from_edges(node_count, s.connectivity.edges);

@@ -64,6 +64,8 @@ class StepSystem {
   Elements elements;  // at x_linear, as update_elements leaves them; forces: f(x_linear) - K (x_known - x_linear)
   Connectivity connectivity;
   std::variant<linear_solver::BlockSparseMatrix<double>, linear_solver::BlockSparseMatrix<float>> A;
+  std::vector<int> piece;        // one a node: which connected part of the pattern it is in; by their lowest node
+  int piece_count = 0;
   std::vector<std::array<int, 2>> edge_blocks;  // of each edge (i, j): index of block (i, j) and of block (j, i)
   // Of a body of several materials: which one each corner is of, and of each its constants times (dt beta + theta dt^2).
   struct Weights {

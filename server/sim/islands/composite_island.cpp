@@ -1,6 +1,8 @@
 #include "server/sim/islands/composite_island.h"
 
 #include "server/sim/islands/composite_multigrid.h"
+#include "server/sim/islands/island_system.h"
+#include "server/sim/islands/rigid_modes.h"
 #include "server/sim/linear_solver/block_jacobi.h"
 #include "server/sim/linear_solver/cholesky.h"
 #include "server/sim/mesh/disjoint_sets.h"
@@ -21,167 +23,10 @@ using contact::ContactSide;
 using Eigen::VectorXd;
 using linear_solver::SolverKind;
 
-constexpr int kMultigridBlocks = 60;        // blocks of unknowns to a piece or rigid body, and
-constexpr double kMultigridStiffness = 20;  // diagonal of A to mass, from which on a cycle pays for its set-up
-
 bool has_unknowns(const ContactSide& side) { return side.node_count > 0 || side.rigid; }
 
-// Whether momentum leaves the island through the row.
-bool is_anchored(const ContactRow& row) {
-  return std::ranges::any_of(row.sides, [](const ContactSide& s) { return !s.rigid && s.node_count < 4; });
-}
-
-// The island's matrix without contact, its right-hand side and its layout.
-class System {
- public:
-  System(const CompositeIsland& island, std::span<const IslandBody> bodies) : island_(island), bodies_(bodies) {
-    first_block_.assign(bodies.size(), -1);
-    for (const int body : island.soft) {
-      first_block_[body] = blocks_;
-      blocks_ += bodies[body].system->node_count();
-    }
-    for (const int body : island.rigid) {
-      first_block_[body] = blocks_;
-      blocks_ += 2;
-    }
-  }
-
-  int blocks() const { return blocks_; }
-  std::span<const int> first_block() const { return first_block_; }
-
-  void fill(VectorXd& b, VectorXd& x) const {
-    b.resize(3 * blocks_);
-    x.resize(3 * blocks_);
-    for (const int body : island_.soft) {
-      const fem::StepSystem& s = *bodies_[body].system;
-      b.segment(3 * first_block_[body], s.b.size()) = s.b;
-      x.segment(3 * first_block_[body], s.b.size()) = s.guess;
-    }
-    for (const int body : island_.rigid) {
-      const RigidPart& part = *bodies_[body].rigid;
-      b.segment<6>(3 * first_block_[body]) << part.b_v, part.b_w;
-      x.segment<6>(3 * first_block_[body]) << part.v, part.w;
-    }
-  }
-
-  // Bodies that know better than their velocities before the step where to start.
-  void start_from(VectorXd& x) const {
-    const auto put = [&](int body) {
-      if (const auto& start = bodies_[body].start) x.segment(3 * first_block_[body], start->size()) = *start;
-    };
-    std::ranges::for_each(island_.soft, put);
-    std::ranges::for_each(island_.rigid, put);
-  }
-
-  void multiply(const VectorXd& x, VectorXd& y, const ThreadPool& pool) const {
-    for (const int body : island_.soft) {
-      const fem::StepSystem& s = *bodies_[body].system;
-      const int begin = 3 * first_block_[body], size = 3 * s.node_count();
-      s.multiply(x.segment(begin, size), y.segment(begin, size), pool);
-    }
-    for (const int body : island_.rigid) {
-      const RigidPart& part = *bodies_[body].rigid;
-      const int begin = 3 * first_block_[body];
-      y.segment<3>(begin) = part.mass * x.segment<3>(begin);
-      y.segment<3>(begin + 3) = part.inertia_W * x.segment<3>(begin + 3);
-    }
-  }
-
-  void fill_diagonal(std::vector<Mat3>& diagonal) const {
-    diagonal.clear();
-    for (const int body : island_.soft) {
-      const std::vector<Mat3>& own = bodies_[body].system->diagonal();
-      diagonal.insert(diagonal.end(), own.begin(), own.end());
-    }
-    const std::vector<Mat3> rigid = rigid_diagonal();
-    diagonal.insert(diagonal.end(), rigid.begin(), rigid.end());
-  }
-
-  // What a multigrid cycle works on; brings the bodies' coarse levels up to date.
-  std::vector<MultigridPart> update_coarse_levels(const ThreadPool& pool) const {
-    std::vector<MultigridPart> parts;
-    for (const int body : island_.soft) {
-      const IslandBody& own = bodies_[body];
-      std::visit([&](const auto& A) { own.hierarchy->update(A, *own.X, own.system->prescribed, own.mean_tet_volume, pool); },
-                 own.system->A);
-      parts.push_back({own.system, own.hierarchy, first_block_[body]});
-    }
-    return parts;
-  }
-
-  std::vector<Mat3> rigid_diagonal() const {
-    std::vector<Mat3> diagonal;
-    for (const int body : island_.rigid) {
-      diagonal.push_back(bodies_[body].rigid->mass * Mat3::Identity());
-      diagonal.push_back(bodies_[body].rigid->inertia_W);
-    }
-    return diagonal;
-  }
-
-  void append_to(std::vector<Eigen::Triplet<double>>& entries) const {
-    const auto add = [&](int first_block, const Eigen::SparseMatrix<double>& A) {
-      for (int column = 0; column < A.outerSize(); ++column)
-        for (Eigen::SparseMatrix<double>::InnerIterator entry(A, column); entry; ++entry)
-          entries.emplace_back(3 * first_block + entry.row(), 3 * first_block + entry.col(), entry.value());
-    };
-    for (const int body : island_.soft) add(first_block_[body], bodies_[body].system->to_sparse());
-    for (const int body : island_.rigid) {
-      add(first_block_[body], (bodies_[body].rigid->mass * Mat3::Identity()).sparseView());
-      add(first_block_[body] + 1, bodies_[body].rigid->inertia_W.sparseView());
-    }
-  }
-
-  // Multigrid where block-Jacobi needs many iterations: in large connected pieces whose stiffness outweighs their mass.
-  bool use_multigrid(SolverKind wanted) const {
-    if (wanted == SolverKind::jacobi || wanted == SolverKind::direct) return false;
-    if (std::ranges::any_of(island_.soft, [&](int body) { return bodies_[body].hierarchy == nullptr; })) return false;
-    if (wanted == SolverKind::multigrid) return true;
-    double pieces = static_cast<double>(island_.rigid.size()), diagonal = 0, mass = 0;
-    for (const int body : island_.soft) {
-      pieces += bodies_[body].pieces;
-      const fem::StepSystem& s = *bodies_[body].system;
-      for (int i = 0; i < s.node_count(); ++i) {
-        diagonal += s.diagonal()[i].trace();
-        mass += 3 * s.row_mass[i];
-      }
-    }
-    return blocks_ >= kMultigridBlocks * pieces && diagonal >= kMultigridStiffness * mass;
-  }
-
-  bool anything_fixed() const {
-    if (std::ranges::any_of(island_.soft, [&](int body) { return bodies_[body].system->any_prescribed; })) return true;
-    return std::ranges::any_of(island_.rows, [](const ContactRow& row) { return row.active && is_anchored(row); });
-  }
-
-  // Adds the one velocity that makes the sum of all equations of motion hold. Elastic and contact terms of a free island
-  // sum to zero, and see nothing of a common velocity: the rows' impulses stay what they are.
-  void remove_net_momentum_error(VectorXd& x, const VectorXd& b) const {
-    Vec3 missing = Vec3::Zero();
-    double mass = 0;
-    const auto balance = [&](int block, double m) {
-      missing += b.segment<3>(3 * block) - m * x.segment<3>(3 * block);
-      mass += m;
-    };
-    for (const int body : island_.soft) {
-      const std::vector<double>& m = bodies_[body].system->row_mass;
-      for (int i = 0; i < static_cast<int>(m.size()); ++i) balance(first_block_[body] + i, m[i]);
-    }
-    for (const int body : island_.rigid) balance(first_block_[body], bodies_[body].rigid->mass);
-    const Vec3 dv = missing / mass;
-    for (const int body : island_.soft)
-      for (int i = 0; i < bodies_[body].system->node_count(); ++i) x.segment<3>(3 * (first_block_[body] + i)) += dv;
-    for (const int body : island_.rigid) x.segment<3>(3 * first_block_[body]) += dv;
-  }
-
- private:
-  const CompositeIsland& island_;
-  std::span<const IslandBody> bodies_;
-  std::vector<int> first_block_;  // by body, -1 outside the island
-  int blocks_ = 0;
-};
-
 // The whole system by one factor. residual: |b - A x| / |b| as it is.
-linear_solver::SolveReport solve_directly(const System& system, const ContactRows& rows, const VectorXd& b,
+linear_solver::SolveReport solve_directly(const IslandSystem& system, const ContactRows& rows, const VectorXd& b,
                                           const linear_solver::LinearMap& apply, VectorXd& x) {
   std::vector<Eigen::Triplet<double>> entries;
   system.append_to(entries);
@@ -198,9 +43,55 @@ linear_solver::SolveReport solve_directly(const System& system, const ContactRow
   return {1, residual, std::isfinite(residual)};
 }
 
+// What a solve keeps from pass to pass: which preconditioner it is, and what of it does not depend on the rows.
+class Preconditioner {
+ public:
+  Preconditioner(const IslandSystem& system, SolverKind wanted, const ThreadPool& pool)
+      : system_(system), kind_(system.choose(wanted)), pool_(pool) {
+    if (kind_ == SolverKind::multigrid) parts_ = system.update_coarse_levels(pool);
+    if (kind_ != SolverKind::rigid_modes) return;
+    const auto multiply = [&](const VectorXd& in, VectorXd& out) { system.multiply(in, out, pool); };
+    modes_.emplace(system.modes_parts(), system.rigid_diagonal(), std::cref(multiply));
+  }
+
+  void refresh(const ContactRows& rows) {
+    if (kind_ == SolverKind::multigrid) {
+      multigrid_.emplace(parts_, system_.rigid_diagonal(), rows, pool_);
+      return;
+    }
+    std::vector<Mat3> diagonal = system_.diagonal();
+    rows.add_to_diagonal(diagonal);
+    jacobi_.assign(diagonal);
+    jacobi_.invert(pool_);
+    if (modes_) modes_->factor(rows);
+  }
+
+  void apply(const VectorXd& r, VectorXd& z) {
+    if (multigrid_) return multigrid_->apply(r, z);
+    jacobi_.apply(r, z, pool_);
+    if (modes_) modes_->add_to(r, z);
+  }
+
+  // Of residuals. Rigid modes are measured as block-Jacobi is: in their own norm a stiff body that moves is large, and what its
+  // inside does small beside that.
+  linear_solver::SquaredNorm norm() const {
+    if (!modes_) return {};
+    return [this](const VectorXd& r) { return jacobi_.squared_norm(r, pool_); };
+  }
+
+ private:
+  const IslandSystem& system_;
+  SolverKind kind_;
+  const ThreadPool& pool_;
+  std::vector<MultigridPart> parts_;
+  std::optional<CompositeMultigrid> multigrid_;
+  linear_solver::BlockJacobi jacobi_;
+  std::optional<RigidModes> modes_;
+};
+
 // One solve with the rows as they stand.
-linear_solver::SolveReport solve_pass(const System& system, const ContactRows& rows, const VectorXd& b_without_rows,
-                                      const IslandOptions& options, std::span<const MultigridPart> parts,
+linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactRows& rows, const VectorXd& b_without_rows,
+                                      const IslandOptions& options, Preconditioner& preconditioner,
                                       linear_solver::CgWorkspace& workspace, VectorXd& x, const ThreadPool& pool) {
   VectorXd b = b_without_rows;
   rows.add_to_rhs(b);
@@ -209,19 +100,10 @@ linear_solver::SolveReport solve_pass(const System& system, const ContactRows& r
     rows.apply_add(in, out, pool);
   };
   if (options.solver == SolverKind::direct) return solve_directly(system, rows, b, std::cref(apply), x);
-  if (!parts.empty()) {
-    CompositeMultigrid multigrid(parts, system.rigid_diagonal(), rows, pool);
-    const auto precondition = [&](const VectorXd& in, VectorXd& out) { multigrid.apply(in, out); };
-    return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options.solve, workspace, pool);
-  }
-  std::vector<Mat3> diagonal;
-  system.fill_diagonal(diagonal);
-  rows.add_to_diagonal(diagonal);
-  linear_solver::BlockJacobi jacobi;
-  jacobi.assign(diagonal);
-  jacobi.invert(pool);
-  const auto precondition = [&](const VectorXd& in, VectorXd& out) { jacobi.apply(in, out, pool); };
-  return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options.solve, workspace, pool);
+  preconditioner.refresh(rows);
+  const auto precondition = [&](const VectorXd& in, VectorXd& out) { preconditioner.apply(in, out); };
+  return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options.solve, workspace, pool,
+                                           preconditioner.norm());
 }
 
 // What the rows did to rigid bodies, and what the solve's velocities say besides, at the centre of mass: no momentum is
@@ -275,7 +157,10 @@ std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodie
     if (bodies[body].system != nullptr) open(body), island_of(body).soft.push_back(body);
   for (int body = 0; body < count; ++body)
     if (bodies[body].in_solve) open(body);
-  // A row has a side that is soft or a fragment, so another rigid body is in an island exactly if a row touches it.
+  // Others that have a row: what broke away from them in this step may have left them with a sleeper alone.
+  for (const ContactRow& row : rows)
+    for (const ContactSide& side : row.sides)
+      if (has_unknowns(side)) open(side.body);
   for (int body = 0; body < count; ++body)
     if (bodies[body].rigid && island_of_root[find_root(parent, body)] >= 0) island_of(body).rigid.push_back(body);
   for (ContactRow& row : rows) {
@@ -288,7 +173,7 @@ std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodie
 IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies, const IslandOptions& options,
                      const contact::FrictionMemory& memory, const ThreadPool& pool) {
   assert(options.passes >= 1);
-  const System system(island, bodies);
+  const IslandSystem system(island, bodies);
   ContactRows rows(island.rows, system.first_block(), system.blocks());
   IslandSolution solution;
   VectorXd& x = solution.velocity;
@@ -304,12 +189,11 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
     contact::start_row(memory, rows.relative_velocity(k, start), options.may_pull, island.rows[k]);
   system.start_from(x);
   std::vector<Vec3> u(rows.size());
-  const std::vector<MultigridPart> parts =
-      system.use_multigrid(options.solver) ? system.update_coarse_levels(pool) : std::vector<MultigridPart>{};
+  Preconditioner preconditioner(system, options.solver, pool);
   for (bool differs = true; differs && solution.passes < options.passes;) {
     ++solution.passes;
     rows.refresh();
-    const linear_solver::SolveReport report = solve_pass(system, rows, b, options, parts, workspace, x, pool);
+    const linear_solver::SolveReport report = solve_pass(system, rows, b, options, preconditioner, workspace, x, pool);
     solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};
     if (solution.passes == options.passes) break;
     for (int k = 0; k < rows.size(); ++k) u[k] = rows.relative_velocity(k, x);

@@ -34,11 +34,11 @@ struct IslandBody {
   bool in_solve = false;                    // a rigid fragment: nobody else steps it
   // Where the solve starts, if not from the velocities before the step: 3n of a soft body, (v, w) of a rigid one.
   std::optional<Eigen::VectorXd> start;
-  // For multigrid; without a hierarchy the island is solved by block-Jacobi.
+  // Of soft bodies, for preconditioners; those that miss something are not used.
   linear_solver::MultigridHierarchy* hierarchy = nullptr;  // borrowed: the body's coarse levels, made when needed
+  const std::vector<Vec3>* x = nullptr;                    // positions before the step [m], borrowed
   const std::vector<Vec3>* X = nullptr;                    // rest positions, borrowed
   double mean_tet_volume = 0;                              // [m^3]
-  int pieces = 1;                                          // face-connected components
 };
 
 struct CompositeIsland {

@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 namespace crumple::sim::linear_solver {
 
@@ -39,6 +40,19 @@ void BlockJacobi::apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::V
       Eigen::Map<Vec3>(z.data() + 3 * i) = blocks_[i] * Eigen::Map<const Vec3>(r.data() + 3 * i);
   };
   pool.for_chunks(static_cast<int>(blocks_.size()), kBlocksPerChunk, std::cref(body));
+}
+
+double BlockJacobi::squared_norm(const Eigen::VectorXd& r, const ThreadPool& pool) const {
+  assert(r.size() == 3 * static_cast<Eigen::Index>(blocks_.size()));
+  std::vector<double> partial((blocks_.size() + kBlocksPerChunk - 1) / kBlocksPerChunk, 0.0);
+  const auto body = [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const Vec3 r_i = r.segment<3>(3 * i);
+      partial[begin / kBlocksPerChunk] += r_i.dot(blocks_[i] * r_i);
+    }
+  };
+  pool.for_chunks(static_cast<int>(blocks_.size()), kBlocksPerChunk, std::cref(body));
+  return std::accumulate(partial.begin(), partial.end(), 0.0);
 }
 
 }  // namespace crumple::sim::linear_solver

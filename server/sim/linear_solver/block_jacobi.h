@@ -24,6 +24,7 @@ class BlockJacobi {
 
   // z = D^-1 r, after invert(); r, z: 3 a block, node-major.
   void apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::VectorXd> z, const ThreadPool& pool) const;
+  double squared_norm(const Eigen::VectorXd& r, const ThreadPool& pool) const;  // r . D^-1 r
 
  private:
   std::vector<Mat3> blocks_;

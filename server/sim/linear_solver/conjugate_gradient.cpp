@@ -49,12 +49,13 @@ void CgWorkspace::resize(Eigen::Index size) {
 
 SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondition, const Eigen::VectorXd& b,
                                Eigen::VectorXd& x, const SolveOptions& options, CgWorkspace& w,
-                               const ThreadPool& pool) {
+                               const ThreadPool& pool, const SquaredNorm& norm) {
   assert(x.size() == b.size());
   w.resize(b.size());
   precondition(b, w.z);
   const double bb = dot(b, w.z, w.partial_sums, pool);
   if (!std::isfinite(bb)) return {0, std::numeric_limits<double>::quiet_NaN(), false};
+  const double size = norm ? norm(b) : bb;
   if (bb <= 0) {
     x.setZero();
     return {0, 0, true};
@@ -70,7 +71,7 @@ SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondi
   double best = std::numeric_limits<double>::infinity();
   int best_at = 0;
   while (true) {
-    report.residual = std::sqrt(rz / bb);
+    report.residual = std::sqrt((norm ? norm(w.r) : rz) / size);
     if (!std::isfinite(report.residual)) return report;
     if (report.residual <= options.tolerance) {
       report.converged = true;

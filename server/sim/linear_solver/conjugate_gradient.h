@@ -13,12 +13,15 @@ namespace crumple::sim::linear_solver {
 // std::cref(lambda): a std::function of a reference does not allocate.
 using LinearMap = std::function<void(const Eigen::VectorXd& in, Eigen::VectorXd& out)>;
 
+// A squared norm of a residual, for SolveReport.
+using SquaredNorm = std::function<double(const Eigen::VectorXd& r)>;
+
 struct SolveOptions {
   double tolerance = 1e-3;  // relative, see SolveReport
   int max_iterations = 400;
 };
 
-// residual: |b - A x| / |b| in the norm of the preconditioner, |r| = sqrt(r . P^-1 r). It weighs light and heavy nodes,
+// residual: |b - A x| / |b| in the norm of the preconditioner, |r| = sqrt(r . P^-1 r), or in the one given. It weighs light and heavy nodes,
 // and rows of different units (a rigid body's force and torque), on one scale. As in every conjugate gradient method it
 // is the recurrence's residual; the true one stops falling at round-off. NaN where b is not finite.
 struct SolveReport {
@@ -44,6 +47,6 @@ inline constexpr int kStagnationWindow = 250;
 inline constexpr double kDivergence = 1e8;
 SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondition, const Eigen::VectorXd& b,
                                Eigen::VectorXd& x, const SolveOptions& options, CgWorkspace& workspace,
-                               const ThreadPool& pool);
+                               const ThreadPool& pool, const SquaredNorm& norm = {});
 
 }  // namespace crumple::sim::linear_solver

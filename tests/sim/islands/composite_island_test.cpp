@@ -36,6 +36,20 @@ TEST(CompositeIslands, AreBodiesThatTouchAndNotThoseThatShareTheGround) {
   EXPECT_TRUE(against_fixed);
 }
 
+TEST(CompositeIslands, MovableRigidBodyOnSomethingFixedIsOneOfItsOwn) {
+  std::vector<IslandBody> bodies(2);  // 1: held, or asleep
+  bodies[0].rigid = RigidPart{.mass = 2, .b_v = Vec3(0, -2, 0)};
+  contact::ContactRow row;
+  row.sides[0] = {.body = 0, .tet = 0, .rigid = true};
+  row.sides[1] = {.body = 1, .tet = 0};
+  row.c_n = 1e6;
+  std::vector<CompositeIsland> islands = composite_islands(bodies, {row});
+  ASSERT_EQ(islands.size(), 1u);
+  EXPECT_EQ(islands[0].rigid, std::vector<int>{0});
+  const IslandSolution solution = solve(islands[0], bodies, {}, {}, ThreadPool(1));
+  EXPECT_NEAR(solution.rigid.at(0).v.y(), 0, 1e-5);
+}
+
 TEST(CompositeIslands, BodyAloneIsTheSystemOfTheFiniteElementRoom) {
   SoftScene scene;
   SoftBody& body = scene.add_soft(kCells, kUnit, Vec3::Zero());
@@ -87,7 +101,7 @@ TEST(CompositeIslands, EverySolverGivesTheSameMotion) {
   direct.step();
   ASSERT_GT(direct.rows.size(), 10u);
   EXPECT_EQ(direct.solutions[0].report.iterations, direct.solutions[0].passes);
-  for (auto kind : {linear_solver::SolverKind::jacobi, linear_solver::SolverKind::multigrid}) {
+  for (auto kind : {linear_solver::SolverKind::jacobi, linear_solver::SolverKind::rigid_modes, linear_solver::SolverKind::multigrid}) {
     SoftScene other = leaning(kind);
     other.step();
     for (const IslandSolution& solution : other.solutions) EXPECT_TRUE(solution.report.converged);

@@ -126,7 +126,7 @@ struct SoftScene {
     rows = contact::detect({bodies, planes, gravity, dt, settings}, *pool);
   }
 
-  void step() {
+  std::vector<IslandBody> assemble() {
     std::vector<IslandBody> bodies;
     for (SoftBody& body : soft) {
       Eigen::VectorXd f(3 * body.state.x.size());
@@ -134,6 +134,7 @@ struct SoftScene {
       fem::assemble(body.rest, body.mesh.tets, body.state, f, dt, body.prescribed, *pool, body.system);
       bodies.push_back({.system = &body.system,
                         .hierarchy = &body.hierarchy,
+                        .x = &body.state.x,
                         .X = &body.mesh.X,
                         .mean_tet_volume = body.rest.volume[0]});
     }
@@ -142,6 +143,11 @@ struct SoftScene {
       RigidPart part{box.mass, box.p, I, box.v, box.w, box.mass * (box.v + dt * gravity), I * box.w};
       bodies.push_back({.rigid = box.movable ? std::optional(part) : std::nullopt});
     }
+    return bodies;
+  }
+
+  void step() {
+    const std::vector<IslandBody> bodies = assemble();
     detect();
     islands = composite_islands(bodies, rows);
     const IslandOptions options{solve, passes, settings.raw_damping, solver};

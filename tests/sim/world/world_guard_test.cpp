@@ -120,11 +120,13 @@ TEST(WorldGuard, GivesCappedSolvesMoreIterations) {
 }
 
 TEST(WorldGuard, SubStepsKeepMomentumAndBits) {
-  // A stiff bar spins by a third of a radian a step, another block and a ball run into it.
+  // A stiff bar spins by a third of a radian a step, another block and a ball run into it. Block-Jacobi alone leaves so much
+  // of its turning unsolved that more iterations do not help; with rigid modes they do.
   SceneDescription scene = empty_space({soft_block("a", {4, 2, 1}, 0.25, at(0, 0, 0), Vec3::Zero(), 1e10),
                                         soft_block("b", {2, 2, 2}, 0.25, at(2.5, 0.1, 0), Vec3(-1, 0, 0), 1e9),
                                         ball("ball", 0.2, 60, at(4, 0.3, 0.25), Vec3(-2, 0, 0))});
   scene.dt = 1.0 / 60;
+  scene.solver = linear_solver::SolverKind::jacobi;
   scene.bodies[0].angular_velocity = Vec3(20, 9, 3);
   for (int b = 0; b < 2; ++b) std::get<FemModel>(scene.bodies[b].model).material.cg_tolerance = 1e-3;
   auto one = make_world(scene, 1), two = make_world(scene, 2);

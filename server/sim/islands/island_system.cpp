@@ -1,0 +1,168 @@
+#include "server/sim/islands/island_system.h"
+
+#include <algorithm>
+#include <variant>
+
+namespace crumple::sim::islands {
+
+using Eigen::VectorXd;
+using linear_solver::SolverKind;
+
+namespace {
+
+constexpr int kMultigridBlocks = 60;        // blocks of unknowns to a piece or rigid body, and
+constexpr double kMultigridStiffness = 20;  // diagonal of A to mass, from which on a cycle pays for its set-up
+constexpr double kModesStiffness = 20;      // likewise, rigid modes for theirs
+
+// Whether momentum leaves the island through the row.
+bool is_anchored(const contact::ContactRow& row) {
+  return std::ranges::any_of(row.sides, [](const contact::ContactSide& s) { return !s.rigid && s.node_count < 4; });
+}
+
+}  // namespace
+
+IslandSystem::IslandSystem(const CompositeIsland& island, std::span<const IslandBody> bodies)
+    : island_(island), bodies_(bodies), first_block_(bodies.size(), -1) {
+  for (const int body : island.soft) {
+    first_block_[body] = blocks_;
+    blocks_ += bodies[body].system->node_count();
+  }
+  for (const int body : island.rigid) {
+    first_block_[body] = blocks_;
+    blocks_ += 2;
+  }
+}
+
+void IslandSystem::fill(VectorXd& b, VectorXd& x) const {
+  b.resize(3 * blocks_);
+  x.resize(3 * blocks_);
+  for (const int body : island_.soft) {
+    const fem::StepSystem& s = *bodies_[body].system;
+    b.segment(3 * first_block_[body], s.b.size()) = s.b;
+    x.segment(3 * first_block_[body], s.b.size()) = s.guess;
+  }
+  for (const int body : island_.rigid) {
+    const RigidPart& part = *bodies_[body].rigid;
+    b.segment<6>(3 * first_block_[body]) << part.b_v, part.b_w;
+    x.segment<6>(3 * first_block_[body]) << part.v, part.w;
+  }
+}
+
+void IslandSystem::start_from(VectorXd& x) const {
+  const auto put = [&](int body) {
+    if (const auto& start = bodies_[body].start) x.segment(3 * first_block_[body], start->size()) = *start;
+  };
+  std::ranges::for_each(island_.soft, put);
+  std::ranges::for_each(island_.rigid, put);
+}
+
+void IslandSystem::multiply(const VectorXd& x, VectorXd& y, const ThreadPool& pool) const {
+  for (const int body : island_.soft) {
+    const fem::StepSystem& s = *bodies_[body].system;
+    const int begin = 3 * first_block_[body], size = 3 * s.node_count();
+    s.multiply(x.segment(begin, size), y.segment(begin, size), pool);
+  }
+  for (const int body : island_.rigid) {
+    const RigidPart& part = *bodies_[body].rigid;
+    const int begin = 3 * first_block_[body];
+    y.segment<3>(begin) = part.mass * x.segment<3>(begin);
+    y.segment<3>(begin + 3) = part.inertia_W * x.segment<3>(begin + 3);
+  }
+}
+
+std::vector<Mat3> IslandSystem::diagonal() const {
+  std::vector<Mat3> diagonal;
+  diagonal.reserve(blocks_);
+  for (const int body : island_.soft) {
+    const std::vector<Mat3>& own = bodies_[body].system->diagonal();
+    diagonal.insert(diagonal.end(), own.begin(), own.end());
+  }
+  const std::vector<Mat3> rigid = rigid_diagonal();
+  diagonal.insert(diagonal.end(), rigid.begin(), rigid.end());
+  return diagonal;
+}
+
+std::vector<Mat3> IslandSystem::rigid_diagonal() const {
+  std::vector<Mat3> diagonal;
+  for (const int body : island_.rigid) {
+    diagonal.push_back(bodies_[body].rigid->mass * Mat3::Identity());
+    diagonal.push_back(bodies_[body].rigid->inertia_W);
+  }
+  return diagonal;
+}
+
+void IslandSystem::append_to(std::vector<Eigen::Triplet<double>>& entries) const {
+  const auto add = [&](int first_block, const Eigen::SparseMatrix<double>& A) {
+    for (int column = 0; column < A.outerSize(); ++column)
+      for (Eigen::SparseMatrix<double>::InnerIterator entry(A, column); entry; ++entry)
+        entries.emplace_back(3 * first_block + entry.row(), 3 * first_block + entry.col(), entry.value());
+  };
+  for (const int body : island_.soft) add(first_block_[body], bodies_[body].system->to_sparse());
+  for (const int body : island_.rigid) {
+    add(first_block_[body], (bodies_[body].rigid->mass * Mat3::Identity()).sparseView());
+    add(first_block_[body] + 1, bodies_[body].rigid->inertia_W.sparseView());
+  }
+}
+
+// Where pieces are large and their stiffness outweighs their mass, multigrid: block-Jacobi needs many iterations there. Where
+// they are small, what those iterations go into is the motion of pieces as a whole. Soft and light ones are block-Jacobi's.
+SolverKind IslandSystem::choose(SolverKind wanted) const {
+  const bool has_levels = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].hierarchy != nullptr; });
+  const bool has_places = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].x != nullptr; });
+  if (wanted == SolverKind::multigrid) return has_levels ? wanted : SolverKind::jacobi;
+  if (wanted == SolverKind::rigid_modes) return has_places ? wanted : SolverKind::jacobi;
+  if (wanted != SolverKind::automatic || island_.soft.empty()) return SolverKind::jacobi;
+  double pieces = static_cast<double>(island_.rigid.size()), diagonal = 0, mass = 0;
+  for (const int body : island_.soft) {
+    const fem::StepSystem& s = *bodies_[body].system;
+    pieces += s.piece_count;
+    for (int i = 0; i < s.node_count(); ++i) {
+      diagonal += s.diagonal()[i].trace();
+      mass += 3 * s.row_mass[i];
+    }
+  }
+  if (has_levels && blocks_ >= kMultigridBlocks * pieces && diagonal >= kMultigridStiffness * mass) return SolverKind::multigrid;
+  return has_places && diagonal >= kModesStiffness * mass ? SolverKind::rigid_modes : SolverKind::jacobi;
+}
+
+std::vector<MultigridPart> IslandSystem::update_coarse_levels(const ThreadPool& pool) const {
+  std::vector<MultigridPart> parts;
+  for (const int body : island_.soft) {
+    const IslandBody& own = bodies_[body];
+    std::visit([&](const auto& A) { own.hierarchy->update(A, *own.X, own.system->prescribed, own.mean_tet_volume, pool); },
+               own.system->A);
+    parts.push_back({own.system, own.hierarchy, first_block_[body]});
+  }
+  return parts;
+}
+
+std::vector<ModesPart> IslandSystem::modes_parts() const {
+  std::vector<ModesPart> parts;
+  for (const int body : island_.soft) parts.push_back({bodies_[body].system, bodies_[body].x, first_block_[body]});
+  return parts;
+}
+
+bool IslandSystem::anything_fixed() const {
+  if (std::ranges::any_of(island_.soft, [&](int body) { return bodies_[body].system->any_prescribed; })) return true;
+  return std::ranges::any_of(island_.rows, [](const contact::ContactRow& row) { return row.active && is_anchored(row); });
+}
+
+void IslandSystem::remove_net_momentum_error(VectorXd& x, const VectorXd& b) const {
+  Vec3 missing = Vec3::Zero();
+  double mass = 0;
+  const auto balance = [&](int block, double m) {
+    missing += b.segment<3>(3 * block) - m * x.segment<3>(3 * block);
+    mass += m;
+  };
+  for (const int body : island_.soft) {
+    const std::vector<double>& m = bodies_[body].system->row_mass;
+    for (int i = 0; i < static_cast<int>(m.size()); ++i) balance(first_block_[body] + i, m[i]);
+  }
+  for (const int body : island_.rigid) balance(first_block_[body], bodies_[body].rigid->mass);
+  const Vec3 dv = missing / mass;
+  for (const int body : island_.soft)
+    for (int i = 0; i < bodies_[body].system->node_count(); ++i) x.segment<3>(3 * (first_block_[body] + i)) += dv;
+  for (const int body : island_.rigid) x.segment<3>(3 * first_block_[body]) += dv;
+}
+
+}  // namespace crumple::sim::islands

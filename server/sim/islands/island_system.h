@@ -1,0 +1,49 @@
+#pragma once
+
+#include "server/sim/islands/composite_island.h"
+#include "server/sim/islands/composite_multigrid.h"
+#include "server/sim/islands/rigid_modes.h"
+
+#include <span>
+#include <vector>
+
+namespace crumple::sim::islands {
+
+// The linear system of an island without its contact rows: matrix, right-hand side and layout. Blocks of three unknowns: nodes
+// of its soft bodies in order, then linear and angular velocity of its rigid ones. Borrows what it is made of.
+class IslandSystem {
+ public:
+  IslandSystem(const CompositeIsland& island, std::span<const IslandBody> bodies);
+
+  int blocks() const { return blocks_; }
+  std::span<const int> first_block() const { return first_block_; }  // by body, -1 outside the island
+
+  // b, and the velocities before the step in x; 3 a block.
+  void fill(Eigen::VectorXd& b, Eigen::VectorXd& x) const;
+  // Puts into x what bodies know better than their velocities before the step.
+  void start_from(Eigen::VectorXd& x) const;
+
+  void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;  // y = A x
+  std::vector<Mat3> diagonal() const;        // one a block
+  std::vector<Mat3> rigid_diagonal() const;  // two a rigid body
+  void append_to(std::vector<Eigen::Triplet<double>>& entries) const;
+
+  // Which solver `automatic` is; any other stays, unless bodies have not what it needs.
+  linear_solver::SolverKind choose(linear_solver::SolverKind wanted) const;
+  // What a multigrid cycle works on; brings the bodies' coarse levels up to date.
+  std::vector<MultigridPart> update_coarse_levels(const ThreadPool& pool) const;
+  std::vector<ModesPart> modes_parts() const;
+
+  bool anything_fixed() const;  // a prescribed node, or an active row to something that does not move
+  // Adds the one velocity that makes the sum of all equations of motion hold. Elastic and contact terms of a free island
+  // sum to zero, and see nothing of a common velocity: the rows' impulses stay what they are.
+  void remove_net_momentum_error(Eigen::VectorXd& x, const Eigen::VectorXd& b) const;
+
+ private:
+  const CompositeIsland& island_;
+  std::span<const IslandBody> bodies_;
+  std::vector<int> first_block_;
+  int blocks_ = 0;
+};
+
+}  // namespace crumple::sim::islands

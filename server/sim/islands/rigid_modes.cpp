@@ -1,0 +1,152 @@
+#include "server/sim/islands/rigid_modes.h"
+
+#include <algorithm>
+
+namespace crumple::sim::islands {
+
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int kMostDense = 16;        // pieces and rigid bodies: E is a dense matrix up to here
+constexpr double kLeastInertia = 1e-8;  // of the mean: pieces whose nodes lie on a line
+
+// C of C w = w x r.
+Mat3 turned(const Vec3& r) {
+  Mat3 C;
+  C << 0, r.z(), -r.y(), -r.z(), 0, r.x(), r.y(), -r.x(), 0;
+  return C;
+}
+
+}  // namespace
+
+RigidModes::RigidModes(std::span<const ModesPart> parts, std::span<const Mat3> rigid,
+                       const linear_solver::LinearMap& multiply) {
+  for (const ModesPart& part : parts) {
+    const fem::StepSystem& s = *part.system;
+    std::vector<int> index(s.piece_count, 0);  // of the mode; -1: held
+    for (int i = 0; i < s.node_count(); ++i)
+      if (s.prescribed[i]) index[s.piece[i]] = -1;
+    for (int& i : index)
+      if (i == 0) i = pieces_++;
+    for (int i = 0; i < s.node_count(); ++i) body_.push_back(index[s.piece[i]]);
+  }
+  soft_blocks_ = static_cast<int>(body_.size());
+  own_.assign(pieces_ + rigid.size() / 2, Mat6::Zero());
+
+  std::vector<Vec3> centre(pieces_, Vec3::Zero());
+  std::vector<double> mass(pieces_, 0);
+  const auto each_node = [&](const auto& visit) {
+    for (const ModesPart& part : parts)
+      for (int i = 0; i < part.system->node_count(); ++i)
+        if (const int p = body_[part.first_block + i]; p >= 0) visit(part, i, p);
+  };
+  each_node([&](const ModesPart& part, int i, int p) {
+    mass[p] += part.system->row_mass[i];
+    centre[p] += part.system->row_mass[i] * (*part.x)[i];
+  });
+  for (int p = 0; p < pieces_; ++p) centre[p] /= mass[p];
+  arm_.assign(soft_blocks_, Vec3::Zero());
+  each_node([&](const ModesPart& part, int i, int p) { arm_[part.first_block + i] = (*part.x)[i] - centre[p]; });
+
+  // Rows of A sum to the mass, so translations need no product, and about the centre of mass turning does not pull.
+  for (int p = 0; p < pieces_; ++p) own_[p].topLeftCorner<3, 3>() = mass[p] * Mat3::Identity();
+  VectorXd turn = VectorXd::Zero(3 * soft_blocks_ + 3 * static_cast<Eigen::Index>(rigid.size())), pull(turn.size());
+  for (int axis = 0; axis < 3 && pieces_ > 0; ++axis) {
+    for (int i = 0; i < soft_blocks_; ++i)
+      if (body_[i] >= 0) turn.segment<3>(3 * i) = Vec3::Unit(axis).cross(arm_[i]);
+    multiply(turn, pull);
+    for (int i = 0; i < soft_blocks_; ++i)
+      if (body_[i] >= 0) own_[body_[i]].block<3, 1>(3, 3 + axis) += arm_[i].cross(Vec3(pull.segment<3>(3 * i)));
+  }
+  for (int p = 0; p < pieces_; ++p) {
+    auto inertia = own_[p].bottomRightCorner<3, 3>();
+    inertia = (0.5 * (inertia + inertia.transpose())).eval();
+    inertia.diagonal().array() += kLeastInertia * inertia.trace();
+  }
+  for (std::size_t k = 0; k < rigid.size(); ++k) {
+    const int begin = 3 * static_cast<int>(k % 2);
+    own_[pieces_ + k / 2].block<3, 3>(begin, begin) = rigid[k];
+  }
+}
+
+void RigidModes::add_rows(const contact::ContactRows& rows) {
+  diagonal_ = own_;
+  couplings_.clear();
+  for (int row = 0; row < rows.size(); ++row) {
+    // A row has two sides, and each of them one piece or rigid body.
+    int side[2] = {-1, -1};
+    Mat36 W[2] = {Mat36::Zero(), Mat36::Zero()};
+    for (int e = rows.row_start()[row]; e < rows.row_start()[row + 1]; ++e) {
+      const contact::ContactRows::Entry& entry = rows.entries()[e];
+      const int body = body_of(entry.block);
+      if (body < 0) continue;
+      const int k = side[0] < 0 || side[0] == body ? 0 : 1;
+      side[k] = body;
+      if (entry.block < soft_blocks_) {
+        W[k].leftCols<3>() += entry.weight * Mat3::Identity();
+        W[k].rightCols<3>() += entry.weight * turned(arm_[entry.block]);
+      } else if (entry.weight != 0) {
+        W[k].leftCols<3>() += entry.weight * Mat3::Identity();
+      } else {
+        W[k].rightCols<3>() += turned(entry.arm);
+      }
+    }
+    const Mat3& D = rows.coefficients()[row];
+    for (int k = 0; k < 2; ++k)
+      if (side[k] >= 0) diagonal_[side[k]] += W[k].transpose() * D * W[k];
+    if (side[1] < 0) continue;
+    const int a = side[0] > side[1] ? 0 : 1, b = 1 - a;
+    const Mat6 E = W[a].transpose() * D * W[b];
+    // Rows of a pair follow each other.
+    if (!couplings_.empty() && couplings_.back().a == side[a] && couplings_.back().b == side[b]) couplings_.back().E += E;
+    else couplings_.push_back({side[a], side[b], E});
+  }
+}
+
+void RigidModes::factor(const contact::ContactRows& rows) {
+  ready_ = false;
+  if (count() == 0) return;
+  add_rows(rows);
+  if (count() <= kMostDense) {
+    Eigen::MatrixXd E = Eigen::MatrixXd::Zero(6 * count(), 6 * count());
+    for (int k = 0; k < count(); ++k) E.block<6, 6>(6 * k, 6 * k) = diagonal_[k];
+    for (const Coupling& c : couplings_) E.block<6, 6>(6 * c.a, 6 * c.b) += c.E;
+    dense_.compute(E);  // the lower triangle
+    ready_ = dense_.info() == Eigen::Success && E.allFinite();
+    return;
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(36 * (diagonal_.size() + couplings_.size()));
+  const auto add = [&](int a, int b, const Mat6& E) {
+    for (int j = 0; j < 6; ++j)
+      for (int i = 0; i < 6; ++i) entries.emplace_back(6 * a + i, 6 * b + j, E(i, j));
+  };
+  for (int k = 0; k < count(); ++k) add(k, k, diagonal_[k]);
+  for (const Coupling& c : couplings_) add(c.a, c.b, c.E);
+  Eigen::SparseMatrix<double> E(6 * count(), 6 * count());
+  E.setFromTriplets(entries.begin(), entries.end());
+  ready_ = sparse_.factor(E);
+}
+
+void RigidModes::add_to(const VectorXd& r, VectorXd& z) const {
+  if (!ready_) return;
+  VectorXd f = VectorXd::Zero(6 * count());
+  for (int i = 0; i < soft_blocks_; ++i) {
+    if (body_[i] < 0) continue;
+    const Vec3 f_i = r.segment<3>(3 * i);
+    f.segment<3>(6 * body_[i]) += f_i;
+    f.segment<3>(6 * body_[i] + 3) += arm_[i].cross(f_i);
+  }
+  const Eigen::Index rigid = 6 * (count() - pieces_);
+  f.tail(rigid) = r.tail(rigid);
+  const VectorXd v = count() <= kMostDense ? VectorXd(dense_.solve(f)) : sparse_.solve(f);
+  for (int i = 0; i < soft_blocks_; ++i) {
+    if (body_[i] < 0) continue;
+    const auto v_i = v.segment<6>(6 * body_[i]);
+    z.segment<3>(3 * i) += Vec3(v_i.head<3>()) + Vec3(v_i.tail<3>()).cross(arm_[i]);
+  }
+  z.tail(rigid) += v.tail(rigid);
+}
+
+}  // namespace crumple::sim::islands
