@@ -20,19 +20,17 @@ bool touches(const islands::CompositeIsland& island, int body) {
 
 World::Impl::Alone World::Impl::alone(const islands::CompositeIsland& island) const {
   static const contact::CollisionMesh nothing;
-  Alone result{collision_bodies, std::vector<islands::IslandBody>(collision_bodies.size())};
-  for (std::size_t b = 0; b < result.bodies.size(); ++b) {
-    contact::CollisionBody& body = result.bodies[b];
-    const auto among = [&](const std::vector<int>& bodies) { return std::ranges::binary_search(bodies, static_cast<int>(b)); };
-    if (among(island.soft) || among(island.rigid)) {
-      result.unknowns[b] = island_bodies[b];
-      if (b < soft.size()) result.unknowns[b].pieces = soft[b].pieces();
-    } else if (island_bodies[b].system || island_bodies[b].rigid) {
-      body.mesh = &nothing;
-      body.x = body.v = {};
-      body.fixed = {};
-    }
-  }
+  Alone result{std::vector<contact::CollisionBody>(collision_bodies.size(), {.mesh = &nothing}),
+               std::vector<islands::IslandBody>(collision_bodies.size())};
+  const auto take_in = [&](int b) {
+    result.bodies[b] = collision_bodies[b];
+    result.unknowns[b] = island_bodies[b];
+  };
+  for (const int b : island.soft) take_in(b);
+  for (const int b : island.rigid) take_in(b);
+  // Of what other islands have only the kind may be looked at: they change at the same time.
+  for (std::size_t b = 0; b < collision_bodies.size(); ++b)
+    if (!island_bodies[b].system && !island_bodies[b].rigid) result.bodies[b] = collision_bodies[b];
   return result;
 }
 
@@ -54,7 +52,7 @@ bool World::Impl::break_ahead(const islands::CompositeIsland& island, const isla
 }
 
 void World::Impl::solve_broken(const islands::CompositeIsland& island, const contact::FrictionMemory& before, int round,
-                               IslandAccount& account, StepReport& report) {
+                               std::vector<Solved>& solved) {
   for (int b : island.soft) {
     collision_bodies[b] = collision_body(soft[b]);
     soft[b].assemble_part(scene.gravity, scene.dt, pool);
@@ -63,15 +61,18 @@ void World::Impl::solve_broken(const islands::CompositeIsland& island, const con
   auto pieces = islands::composite_islands(
       unknowns, contact::detect({bodies, planes, scene.gravity, scene.dt, scene.contact}, pool));
   for (islands::CompositeIsland& piece : pieces) {
-    const islands::IslandSolution solution = islands::solve(piece, unknowns, solve_options(piece), before, pool);
-    if (break_ahead(piece, solution, round + 1)) {
-      solve_broken(piece, before, round + 1, account, report);
-      continue;
-    }
-    account_contact(piece, solution, unknowns, account);
-    take(piece, solution, scene.dt, account, report);
-    contact::remember_friction(piece.rows, friction);
+    islands::IslandSolution solution = islands::solve(piece, unknowns, solve_options(piece), before, pool);
+    if (break_ahead(piece, solution, round + 1)) solve_broken(piece, before, round + 1, solved);
+    else solved.push_back({std::move(piece), std::move(solution), unknowns});
   }
+}
+
+std::vector<World::Impl::Solved> World::Impl::solve_breaking(const islands::CompositeIsland& island,
+                                                             const islands::IslandSolution& solution,
+                                                             const contact::FrictionMemory& before) {
+  std::vector<Solved> solved;
+  if (break_ahead(island, solution, 0)) solve_broken(island, before, 0, solved);
+  return solved;
 }
 
 }  // namespace crumple::sim

@@ -140,8 +140,17 @@ struct World::Impl {
   void sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before, IslandAccount& account,
                 StepReport& report);
   bool break_ahead(const islands::CompositeIsland& island, const islands::IslandSolution& solution, int round);
+  // A part of an island that broke, as it was solved in the end.
+  struct Solved {
+    islands::CompositeIsland island;
+    islands::IslandSolution solution;
+    std::vector<islands::IslandBody> bodies;
+  };
   void solve_broken(const islands::CompositeIsland& island, const contact::FrictionMemory& before, int round,
-                    IslandAccount& account, StepReport& report);
+                    std::vector<Solved>& solved);
+  // Nothing: the island does not break. Touches what belongs to the island alone: several may be done at a time.
+  std::vector<Solved> solve_breaking(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
+                                     const contact::FrictionMemory& before);
   // Bodies as contact and solve see them if there were only this island and what does not move.
   struct Alone {
     std::vector<contact::CollisionBody> bodies;
