@@ -141,6 +141,25 @@ TEST(CrackGrowth, NothingThatCouldBeSplitIsLeftOver) {
   }
 }
 
+// A crack in glass does not cut the steel that it ends at.
+TEST(CrackGrowth, ATougherTetKeepsItsTension) {
+  const TetMesh mesh = test::kuhn_lattice(kCells, 0.1);
+  std::vector<std::uint16_t> id(mesh.tets.size());
+  for (std::size_t t = 0; t < id.size(); ++t) id[t] = mesh.X[mesh.tets[t][0]].z() > 0.25;
+  Stressed body(mesh, scattered(mesh), 0.8);
+  body.toughness = {.of_material = {0.8, std::numeric_limits<double>::infinity()}, .material_id = id};
+  EXPECT_GT(body.split_largest_first().splits.size(), 20u);
+  const std::vector<Mat3> before = scattered(mesh);
+  int relieved = 0;
+  for (std::size_t t = 0; t < id.size(); ++t) {
+    if (id[t] == 1) {
+      EXPECT_EQ(body.stress[t], before[t]) << t;
+    }
+    relieved += body.stress[t] != before[t];
+  }
+  EXPECT_GT(relieved, 100);
+}
+
 TEST(CrackGrowth, RawToughnessIsAForce) {
   const TetMesh mesh = test::kuhn_lattice(kCells, 0.1);
   const auto splits = [&](double toughness) {
@@ -260,7 +279,9 @@ TEST(CrackGrowth, SameBitsForOneAndTwoThreads) {
   for (int k = 0; k < 4; ++k) {
     for (NotchedPlate* plate : {&one, &two}) plate->load(Vec3(0, 1e-2 * 0.8, 0));
     const SplitReport a = one.tear(), b = two.tear();
-    EXPECT_EQ(k > 0, a.splits.empty() || k > 0);
+    if (k == 0) {
+      EXPECT_FALSE(a.splits.empty());
+    }
     EXPECT_EQ(a.origin, b.origin);
     EXPECT_EQ(one.mesh.tets, two.mesh.tets);
     EXPECT_EQ(one.state.x, two.state.x);
