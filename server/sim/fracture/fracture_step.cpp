@@ -1,5 +1,7 @@
 #include "server/sim/fracture/fracture_step.h"
 
+#include "server/sim/fracture/crack_growth.h"
+
 #include <cassert>
 
 namespace crumple::sim::fracture {
@@ -26,6 +28,9 @@ SplitReport fracture_step(const fem::RestBody& rest, const fem::Elements& elemen
   scratch.toughness = toughness_of(rest);
   const auto candidates =
       split_candidates(tets, stars, scratch.normals, scratch.forces, scratch.S, scratch.toughness, pool);
+  if (material.fracture_order == fem::FractureOrder::largest_first)
+    return grow_cracks(tets, state, stars, candidates, scratch.toughness, scratch.normals, material.max_splits_per_step,
+                       scratch.stress, scratch.forces);
   return split_nodes(tets, state, stars, candidates, scratch.toughness,
                      {.seed = seed, .step = step, .max_splits = material.max_splits_per_step});
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <type_traits>
 
 namespace crumple::sim::fracture {
 
@@ -18,6 +19,10 @@ int local_index(const Tet& tet, int node) {
   assert(tet[3] == node);
   return 3;
 }
+
+struct AllLoose {
+  bool operator()(int) const { return true; }
+};
 
 // S of one node, whose tets that are not `loose` count as one piece.
 template <class Loose>
@@ -54,8 +59,6 @@ double cut_area_at(int node, const Vec3& e, const std::vector<Tet>& tets, const 
   return (sum + std::abs(piece)) / 6;
 }
 
-constexpr auto kAllLoose = [](int) { return true; };
-
 // Of the positive eigenvalues of S the strongest; strength 0 if there is none. area(e): what to divide by.
 template <class Area>
 SplitCandidate strongest(int node, const Mat3& S, Area area_across) {
@@ -68,12 +71,10 @@ SplitCandidate strongest(int node, const Mat3& S, Area area_across) {
     const Vec3 e = eigen.eigenvectors().col(i);
     const double area = area_across(e);
     const double strength = area > 0 ? eigenvalue / area : 0;
-    if (strength > best.strength) best = {node, e, strength};
+    if (strength > best.strength) best = {.node = node, .normal = e, .strength = strength, .area = area};
   }
   return best;
 }
-
-bool breaks(const SplitCandidate& c) { return c.strength > c.toughness && std::isfinite(c.strength); }
 
 // The toughnesses of a node's tets, ascending and without infinity. True if all of its tets have the same.
 bool list_levels(std::span<const int> star, const Toughness& toughness, std::vector<double>& levels) {
@@ -84,6 +85,27 @@ bool list_levels(std::span<const int> star, const Toughness& toughness, std::vec
   std::erase(levels, std::numeric_limits<double>::infinity());
   std::ranges::sort(levels);
   return alone;
+}
+
+// What one node would break by. tensor(node, loose): its S. levels: scratch.
+template <class Tensor>
+SplitCandidate candidate_at(int node, Tensor tensor, const std::vector<Tet>& tets, const NodeStars& stars,
+                            std::span<const Mat34> normals, const Toughness& toughness, std::vector<double>& levels) {
+  const auto look = [&](double level, auto loose) {
+    SplitCandidate found = strongest(node, tensor(node, loose), [&](const Vec3& e) {
+      return toughness.raw ? 1 : cut_area_at(node, e, tets, stars, normals, loose);
+    });
+    found.toughness = level;
+    return found;
+  };
+  if (toughness.same_everywhere()) return look(toughness.of_material[0], AllLoose{});
+  const bool alone = list_levels(stars[node], toughness, levels);
+  SplitCandidate candidate{.node = node};
+  for (const double level : levels) {
+    candidate = alone ? look(level, AllLoose{}) : look(level, [&](int t) { return toughness.of(t) <= level; });
+    if (candidate.breaks()) break;
+  }
+  return candidate;
 }
 
 }  // namespace
@@ -107,6 +129,12 @@ Mat3 tensile_part(const Mat3& sigma) {
   return tensile;
 }
 
+void set_part_forces(int t, const Mat3& stress, const Mat34& normals, PartForces& forces) {
+  const Mat3 tensile = tensile_part(stress);
+  forces.tensile[t] = tensile * normals / 3;
+  forces.compressive[t] = (stress - tensile) * normals / 3;
+}
+
 void separation_tensors(const std::vector<Tet>& tets, const NodeStars& stars, std::span<const Mat3> stress,
                         std::span<const Mat34> normals, const ThreadPool& pool, PartForces& forces,
                         std::span<Mat3> S) {
@@ -115,20 +143,20 @@ void separation_tensors(const std::vector<Tet>& tets, const NodeStars& stars, st
   forces.tensile.resize(tets.size());
   forces.compressive.resize(tets.size());
   pool.for_chunks(static_cast<int>(tets.size()), kChunk, [&](int begin, int end) {
-    for (int t = begin; t < end; ++t) {
-      const Mat3 tensile = tensile_part(stress[t]);
-      forces.tensile[t] = tensile * normals[t] / 3;
-      forces.compressive[t] = (stress[t] - tensile) * normals[t] / 3;
-    }
+    for (int t = begin; t < end; ++t) set_part_forces(t, stress[t], normals[t], forces);
   });
   pool.for_chunks(stars.node_count(), kChunk, [&](int begin, int end) {
-    for (int node = begin; node < end; ++node) S[node] = tensor_at(node, tets, stars, forces, kAllLoose);
+    for (int node = begin; node < end; ++node) S[node] = separation_tensor(node, tets, stars, forces);
   });
+}
+
+Mat3 separation_tensor(int node, const std::vector<Tet>& tets, const NodeStars& stars, const PartForces& forces) {
+  return tensor_at(node, tets, stars, forces, AllLoose{});
 }
 
 double cut_area(const std::vector<Tet>& tets, const NodeStars& stars, std::span<const Mat34> normals, int node,
                 const Vec3& e) {
-  return cut_area_at(node, e, tets, stars, normals, kAllLoose);
+  return cut_area_at(node, e, tets, stars, normals, AllLoose{});
 }
 
 std::vector<SplitCandidate> split_candidates(const std::vector<Tet>& tets, const NodeStars& stars,
@@ -144,27 +172,25 @@ std::vector<SplitCandidate> split_candidates(const std::vector<Tet>& tets, const
                                              std::span<const Mat3> S, const Toughness& toughness,
                                              const ThreadPool& pool) {
   std::vector<SplitCandidate> candidates(S.size());
-  const auto look = [&](int node, const Mat3& tensor, double level, auto loose) {
-    SplitCandidate found = strongest(node, tensor, [&](const Vec3& e) {
-      return toughness.raw ? 1 : cut_area_at(node, e, tets, stars, normals, loose);
-    });
-    found.toughness = level;
-    return found;
+  const auto tensor = [&]<class Loose>(int node, Loose loose) {
+    if constexpr (std::is_same_v<Loose, AllLoose>) return S[node];
+    else return tensor_at(node, tets, stars, forces, loose);
   };
   pool.for_chunks(static_cast<int>(S.size()), kChunk, [&](int begin, int end) {
-    std::vector<double> levels{toughness.of_material[0]};
-    for (int node = begin; node < end; ++node) {
-      const bool alone = toughness.same_everywhere() || list_levels(stars[node], toughness, levels);
-      for (const double level : levels) {
-        const auto loose = [&](int t) { return toughness.of(t) <= level; };
-        candidates[node] = alone ? look(node, S[node], level, kAllLoose)
-                                 : look(node, tensor_at(node, tets, stars, forces, loose), level, loose);
-        if (breaks(candidates[node])) break;
-      }
-    }
+    std::vector<double> levels;
+    for (int node = begin; node < end; ++node)
+      candidates[node] = candidate_at(node, tensor, tets, stars, normals, toughness, levels);
   });
-  std::erase_if(candidates, [](const SplitCandidate& c) { return !breaks(c); });
+  std::erase_if(candidates, [](const SplitCandidate& c) { return !c.breaks(); });
   return candidates;
+}
+
+SplitCandidate split_candidate(int node, const std::vector<Tet>& tets, const NodeStars& stars,
+                               std::span<const Mat34> normals, const PartForces& forces, const Toughness& toughness,
+                               const Mat3& residual) {
+  const auto tensor = [&](int of, auto loose) -> Mat3 { return tensor_at(of, tets, stars, forces, loose) + residual; };
+  std::vector<double> levels;
+  return candidate_at(node, tensor, tets, stars, normals, toughness, levels);
 }
 
 }  // namespace crumple::sim::fracture

@@ -5,6 +5,7 @@
 #include "server/sim/mesh/node_stars.h"
 #include "server/sim/parallel_for.h"
 
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -23,15 +24,21 @@ struct PartForces {
   std::vector<Mat34> compressive;  // f-
 };
 
+// Of tet t, by f = Q sigma n_i / 3: stress = Q sigma Q^T in W [Pa], normals as below.
+void set_part_forces(int t, const Mat3& stress, const Mat34& normals, PartForces& forces);
+
 // S = 1/2 (-m(F+) + sum m(f+) + m(F-) - sum m(f-)) of every node, F+ and F- the sums of f+ and f- over its tets [N].
 // stress: Q sigma Q^T, one a tet, in W [Pa]. normals: Q n_i in the columns, one a tet: outward area-weighted normal
-// opposite node i, in W, times the tet's fill [m^2]. f = Q sigma n_i / 3. S: one a node.
+// opposite node i, in W, times the tet's fill [m^2]. S: one a node.
 // As published, m(F-) enters whole: a surface node that a load presses on in a two- or three-dimensional state of
 // compression gets a positive eigenvalue of about a sixth of the pressure times H^2.
 // Same bits for any number of threads: tets write their own forces, each node sums its tets by ascending id.
 void separation_tensors(const std::vector<Tet>& tets, const NodeStars& stars, std::span<const Mat3> stress,
                         std::span<const Mat34> normals, const ThreadPool& pool, PartForces& forces,
                         std::span<Mat3> S);
+
+// S of one node.
+Mat3 separation_tensor(int node, const std::vector<Tet>& tets, const NodeStars& stars, const PartForces& forces);
 
 // A(e) = 1/6 sum |n_i . e| over the node's tets [m^2]: uniform uniaxial stress s along e gives S the eigenvalue s A(e)
 // where no face is loaded. Dividing by it makes strength a stress that does not depend on the mesh (the paper's is a
@@ -45,6 +52,9 @@ struct SplitCandidate {
   Vec3 normal = Vec3::UnitX();  // of the split plane, in W
   double strength = 0;          // eigenvalue / A(e) [Pa], or the eigenvalue [N]
   double toughness = std::numeric_limits<double>::infinity();  // that it exceeds: tougher tets stay together
+  double area = 1;              // A(e) [m^2]; 1 if strength is the eigenvalue
+
+  bool breaks() const { return strength > toughness && std::isfinite(strength); }
 };
 
 // The nodes whose strength exceeds the toughness [Pa; N if raw_toughness], ascending. Of a node's positive eigenvalues
@@ -63,5 +73,10 @@ std::vector<SplitCandidate> split_candidates(const std::vector<Tet>& tets, const
                                              std::span<const Mat34> normals, const PartForces& forces,
                                              std::span<const Mat3> S, const Toughness& toughness,
                                              const ThreadPool& pool);
+
+// The same at one node; breaks() is false where it holds. residual: what is added to its S [N].
+SplitCandidate split_candidate(int node, const std::vector<Tet>& tets, const NodeStars& stars,
+                               std::span<const Mat34> normals, const PartForces& forces, const Toughness& toughness,
+                               const Mat3& residual);
 
 }  // namespace crumple::sim::fracture
