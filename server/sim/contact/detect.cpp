@@ -3,6 +3,7 @@
 #include "server/sim/contact/submerged_nodes.h"
 #include "server/sim/contact/sweep_and_prune.h"
 #include "server/sim/contact/tet_overlap.h"
+#include "server/sim/contact/weight_friction.h"
 
 #include <algorithm>
 #include <cassert>
@@ -96,7 +97,8 @@ struct Detector {
   void meet_patches(const Unit& unit, const SurfacePatch& a, const SurfacePatch& b, FoundRows& found) const;
   void meet_plane(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
   void meet_plane_raw(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
-  ContactRow plane_row(const Unit& unit, int plane, const Vec3& point, double area) const;
+  ContactRow plane_row(const Unit& unit, int plane, const Vec3& point, double area, double volume) const;
+  void set_friction(ContactRow& row, double a, double b) const;
   Vec3 add_side(ContactRow& row, int side, double s, const Unit& unit, const CollisionTet& t, const Eigen::Vector4d& b) const;
   void set_rigid(ContactRow& row, int side, double s, const RigidMotion& rigid) const;
   void finish(ContactRow& row, const Vec3& u, double s, double depth, double mass, double volume) const;
@@ -244,7 +246,8 @@ void Detector::meet_tets(double s, const TetOfUnit& a, const TetOfUnit& b, const
   if (!(row.area > 0)) return;
   row.normal = normal.r / row.area;
   row.point = common.centroid;
-  row.friction = std::sqrt(in.bodies[a.unit.body].friction * in.bodies[b.unit.body].friction);
+  row.volume = common.volume;
+  set_friction(row, in.bodies[a.unit.body].friction, in.bodies[b.unit.body].friction);
   const Vec3 u = add_side(row, 0, s, a.unit, a.tet, barycentric(a.shape, row.point)) +
                  add_side(row, 1, s, b.unit, b.tet, barycentric(b.shape, row.point));
   finish(row, u, s, overlap_depth(common.volume, row.area), share.mass, share.volume);
@@ -297,12 +300,19 @@ void Detector::meet_patches(const Unit& unit, const SurfacePatch& a, const Surfa
     }
 }
 
-ContactRow Detector::plane_row(const Unit& unit, int plane, const Vec3& point, double area) const {
+void Detector::set_friction(ContactRow& row, double a, double b) const {
+  const double mu = std::sqrt(a * b);
+  if (in.settings.friction == FrictionLaw::coulomb) row.friction = mu;
+  else row.weight_speed = weight_speed(mu, row.normal, in.gravity, in.dt);
+}
+
+ContactRow Detector::plane_row(const Unit& unit, int plane, const Vec3& point, double area, double volume) const {
   ContactRow row;
   row.normal = in.planes[plane].normal;
   row.point = point;
   row.area = area;
-  row.friction = std::sqrt(in.bodies[unit.body].friction * in.planes[plane].friction);
+  row.volume = volume;
+  set_friction(row, in.bodies[unit.body].friction, in.planes[plane].friction);
   row.sides[1].body = static_cast<int>(in.bodies.size()) + plane;
   return row;
 }
@@ -320,7 +330,7 @@ void Detector::meet_plane(const Unit& unit, int plane, std::vector<ContactRow>& 
   const int begin = unit.component->begin, count = unit.component->end - begin;
   for (const auto& [node, depth, area] : submerged_nodes(tets.subspan(begin, count), at.x, half_space.normal, half_space.offset)) {
     if (!body.fixed.empty() && body.fixed[node]) continue;
-    ContactRow row = plane_row(unit, plane, at.x[node], area);
+    ContactRow row = plane_row(unit, plane, at.x[node], area, area * depth);
     row.sides[0] = {.body = unit.body, .tet = node};
     if (body.rigid) {
       set_rigid(row, 0, 1, *body.rigid);
@@ -348,7 +358,7 @@ void Detector::meet_plane_raw(const Unit& unit, int plane, std::vector<ContactRo
     if (!(shape.volume > 0)) continue;
     const HalfSpaceOverlap common = overlap(shape, half_space.normal, half_space.offset);
     if (common.volume == 0 || !(common.area > 0)) continue;
-    ContactRow row = plane_row(unit, plane, common.centroid, common.area);
+    ContactRow row = plane_row(unit, plane, common.centroid, common.area, common.volume);
     const Vec3 u = add_side(row, 0, 1, unit, t, barycentric(shape, row.point));
     finish(row, u, 1, depth, unit.mass, unit.component->volume);
     rows.push_back(row);

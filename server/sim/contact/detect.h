@@ -61,8 +61,10 @@ struct DetectionInput {
 //   halves, a quarter of its mass and half its volume. Rows of rigid fragments have 0.3 kappa and 2 tau. Against a plane each node below it has a row
 //   of its own (submerged_nodes.h).
 // Raw law, the paper's: detection at x; c_n = dt phi |r|, s* = 0: damping, in both directions, and nothing else.
-// Rows are in ascending order of their components and tets, planes last; the order and the bits do not depend on the
-// number of threads. Bodies of non-finite position meet nothing.
+// Friction by settings.friction: Coulomb's, a bound that the passes of a solve keep (friction.h), or by weight
+// (weight_friction.h).
+// Rows are in ascending order of their components and tets, then those of pieces that meet themselves by patch, planes
+// last; the order and the bits do not depend on the number of threads. Bodies of non-finite position meet nothing.
 std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& pool);
 
 // Deepest overlap at the start of the step [m], 0 if there is none.

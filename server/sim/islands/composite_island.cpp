@@ -1,5 +1,6 @@
 #include "server/sim/islands/composite_island.h"
 
+#include "server/sim/contact/weight_friction.h"
 #include "server/sim/islands/composite_multigrid.h"
 #include "server/sim/linear_solver/block_jacobi.h"
 #include "server/sim/linear_solver/cholesky.h"
@@ -153,6 +154,14 @@ class System {
     return std::ranges::any_of(island_.rows, [](const ContactRow& row) { return row.active && is_anchored(row); });
   }
 
+  double mass() const {
+    double mass = 0;
+    for (const int body : island_.soft)
+      for (const double m : bodies_[body].system->row_mass) mass += m;
+    for (const int body : island_.rigid) mass += bodies_[body].rigid->mass;
+    return mass;
+  }
+
   // Adds the one velocity that makes the sum of all equations of motion hold. Elastic and contact terms of a free island
   // sum to zero, and see nothing of a common velocity: the rows' impulses stay what they are.
   void remove_net_momentum_error(VectorXd& x, const VectorXd& b) const {
@@ -300,14 +309,17 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
   linear_solver::CgWorkspace workspace;
   workspace.resize(x.size());
   const VectorXd start = x;
-  for (int k = 0; k < rows.size(); ++k)
-    contact::start_row(memory, rows.relative_velocity(k, start), options.may_pull, island.rows[k]);
+  std::vector<Vec3> u(rows.size()), u_start(rows.size());
+  for (int k = 0; k < rows.size(); ++k) {
+    u_start[k] = rows.relative_velocity(k, start);
+    contact::start_row(memory, u_start[k], options.may_pull, island.rows[k]);
+  }
   system.start_from(x);
-  std::vector<Vec3> u(rows.size());
   const std::vector<MultigridPart> parts =
       system.use_multigrid(options.solver) ? system.update_coarse_levels(pool) : std::vector<MultigridPart>{};
   for (bool differs = true; differs && solution.passes < options.passes;) {
     ++solution.passes;
+    contact::set_weight_friction(system.mass(), u_start, island.rows);
     rows.refresh();
     const linear_solver::SolveReport report = solve_pass(system, rows, b, options, parts, workspace, x, pool);
     solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};
