@@ -21,7 +21,7 @@ void World::Impl::prescribe_motion() {
 
 contact::CollisionBody World::Impl::collision_body(const SoftBody& body) const {
   return {.mesh = &body.collision, .x = body.state.x, .v = body.state.v, .fixed = body.fixed,
-          .friction = body.material().friction};
+          .friction = body.material().friction, .self = body.self_contact ? &*body.self_contact : nullptr};
 }
 
 void World::Impl::place_for_contact() {

@@ -1,5 +1,6 @@
 // The scenes that are shipped, stepped from their files: what their descriptions promise happens.
 #include "tests/integration/scene_run.h"
+#include "tests/support/self_overlap.h"
 
 namespace crumple::test {
 namespace {
@@ -128,16 +129,31 @@ TEST(ShippedScenes, ThePoleStoresEnergyAndBursts) {
   EXPECT_LT(run.world().energies().elastic, stored / 4);
 }
 
-TEST(ShippedScenes, TheRopeIsWoundOntoTheSpool) {
-  SceneRun run = run_shipped("rope");
-  ASSERT_TRUE(run.started());
-  run.step(1700, kGround);
-  const sim::FemView view = run.world().fem(run.world().find("rope"));
-  const Vec3 axis = run.world().pose(run.world().find("spool")).p_WB;
-  int near = 0;
-  for (const Vec3& x : view.x) near += Eigen::Vector2d(x.x() - axis.x(), x.y() - axis.y()).norm() < 0.35;
-  EXPECT_GT(near, 0.5 * static_cast<double>(view.x.size()));
-  EXPECT_EQ(view.inverted, 0);
+TEST(ShippedScenes, TheRopeIsWoundOntoTheSpoolAndOntoItself) {
+  double overlap[2] = {0, 0};  // largest part of the rope's volume
+  for (const bool asks : {false, true}) {
+    v1::Scene scene = shipped_scene("rope");
+    EXPECT_TRUE(body_of(scene, "rope").fem().self_contact());
+    body_of(scene, "rope").mutable_fem()->set_self_contact(asks);
+    SceneRun run(scene, shipped_scene_file("rope").parent_path());
+    ASSERT_TRUE(run.started());
+    const BodyId rope = run.world().find("rope");
+    const sim::FemView start = run.world().fem(rope);
+    const sim::TetMesh rest{.X = start.x, .tets = start.tets};
+    for (int k = 0; k < 17; ++k) {
+      run.step(100, kGround);
+      overlap[asks] = std::max(overlap[asks], self_overlap(rest, run.world().fem(rope).x));
+    }
+    if (!asks) continue;
+    const sim::FemView view = run.world().fem(rope);
+    const Vec3 axis = run.world().pose(run.world().find("spool")).p_WB;
+    int near = 0;
+    for (const Vec3& x : view.x) near += Eigen::Vector2d(x.x() - axis.x(), x.y() - axis.y()).norm() < 0.35;
+    EXPECT_GT(near, 0.5 * static_cast<double>(view.x.size()));
+    EXPECT_EQ(view.inverted, 0);
+  }
+  EXPECT_GT(overlap[0], 0.03);
+  EXPECT_LT(overlap[1], 0.003);
 }
 
 TEST(ShippedScenes, TheTrestleStandsAndFallsWithItsPosts) {

@@ -83,6 +83,7 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
   soft.scene_tet_of_.resize(mesh.tets.size());
   std::iota(soft.scene_tet_of_.begin(), soft.scene_tet_of_.end(), 0);
   soft.rigid_fragment_tets_ = soft.rest.breakable() ? model.rigid_fragments : 0;
+  if (model.self_contact) soft.self_contact.emplace();
   soft.follow_tets();
   soft.draw();
   return soft;
@@ -90,6 +91,7 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
 
 void SoftBody::follow_tets() {
   collision = contact::make_collision_mesh(tets, X, tet_mass_);
+  if (self_contact) self_contact = contact::make_self_contact(collision, X);
   impulse = Eigen::VectorXd::Zero(3 * node_count());
 }
 

@@ -6,7 +6,7 @@
 #include "server/sim/bodies/piece_ref.h"
 #include "server/sim/bodies/rigid_fragment.h"
 #include "server/sim/bodies/soft_skin.h"
-#include "server/sim/contact/collision_mesh.h"
+#include "server/sim/contact/self_contact.h"
 #include "server/sim/fem/bdf2.h"
 #include "server/sim/fem/elements.h"
 #include "server/sim/fem/fem_state.h"
@@ -16,6 +16,7 @@
 #include "server/sim/scene.h"
 #include "server/sim/state_hash.h"
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -58,6 +59,7 @@ class SoftBody {
   linear_solver::MultigridHierarchy hierarchy;  // coarse levels of `system`
   Eigen::VectorXd impulse;                      // 3n: asked for by commands in this step [N s]
   contact::CollisionMesh collision;
+  std::optional<contact::SelfContact> self_contact;  // where the model asks for it
   std::vector<char> fixed;              // one a node: prescribed
   std::vector<RigidFragment> fragments;  // in the order in which they left
   bool frozen = false;

@@ -38,7 +38,9 @@ struct ContactRow {
   double depth = 0;                    // at the start of the step [m]; negative: a gap
   double c_n = 0;                      // [N s / (m/s)]
   double target = 0;                   // s*, separation speed sought [m/s]
-  double friction = 0;                 // mu [-]
+  double friction = 0;                 // mu of Coulomb's law [-]; 0: none
+  double volume = 0;                   // of the overlap where contact is looked for [m^3]
+  double weight_speed = 0;             // of friction by weight (weight_friction.h) [m/s]; 0: none
   int pair = 0;                        // which two components, or component and plane; rows of a pair are consecutive
   double mass = 0;                     // reduced mass of the two bodies times this row's share of the contact [kg]
 

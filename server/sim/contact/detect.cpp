@@ -3,6 +3,7 @@
 #include "server/sim/contact/submerged_nodes.h"
 #include "server/sim/contact/sweep_and_prune.h"
 #include "server/sim/contact/tet_overlap.h"
+#include "server/sim/contact/weight_friction.h"
 
 #include <algorithm>
 #include <cassert>
@@ -26,7 +27,7 @@ struct Unit {
   const CollisionComponent* component;
   Box3 box;
   double mass;                   // infinite if immovable
-  std::vector<Box3> tet_boxes;   // of its boundary tets, if it is near another unit
+  std::vector<Box3> tet_boxes;   // of its boundary tets, if it is near another unit or meets itself
   Vec3 move = Vec3::Zero();      // mean displacement in the step [m]
   double diagonal = 0;           // of its box at the end of the step [m]
   bool fast = false;             // boxes then hold the whole way from the start of the step
@@ -39,6 +40,26 @@ constexpr int kMaxSamples = 16;
 // Rows of rigid fragments are weaker and take depth back more slowly than others, by these factors: a heap of shards locks into
 // itself, and settles sooner so; chaotic scenes were on average solved in a fifth less.
 constexpr double kFragmentKappa = 0.3, kFragmentRecovery = 2;
+
+// What overlaps, by what is known of its direction.
+struct FoundRows {
+  std::vector<ContactRow> surface;
+  // Pairs of tets without a face of the surface in their overlap say nothing about the direction. They count only where
+  // there is nothing better, when two bodies have gone deep into each other; beside a resting contact they would push
+  // sideways.
+  std::vector<ContactRow> buried;
+};
+
+struct TetOfUnit {
+  const Unit& unit;
+  const CollisionTet& tet;
+  const OrientedTet& shape;
+};
+
+// What of two units carries their rows: reduced mass and smaller volume.
+struct Share {
+  double mass, volume;  // [kg], [m^3]
+};
 
 struct Detector {
   const DetectionInput& in;
@@ -70,9 +91,14 @@ struct Detector {
   int samples(const Unit& a, const Unit& b) const;
   void meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
   void meet_at(double s, const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
+  void meet_tets(double s, const TetOfUnit& a, const TetOfUnit& b, const Share& share, FoundRows& found) const;
+  const SelfContact* self(const Unit& unit) const;
+  void meet_itself(const Unit& unit, const ThreadPool& pool, std::vector<ContactRow>& rows) const;
+  void meet_patches(const Unit& unit, const SurfacePatch& a, const SurfacePatch& b, FoundRows& found) const;
   void meet_plane(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
   void meet_plane_raw(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
-  ContactRow plane_row(const Unit& unit, int plane, const Vec3& point, double area) const;
+  ContactRow plane_row(const Unit& unit, int plane, const Vec3& point, double area, double volume) const;
+  void set_friction(ContactRow& row, double a, double b) const;
   Vec3 add_side(ContactRow& row, int side, double s, const Unit& unit, const CollisionTet& t, const Eigen::Vector4d& b) const;
   void set_rigid(ContactRow& row, int side, double s, const RigidMotion& rigid) const;
   void finish(ContactRow& row, const Vec3& u, double s, double depth, double mass, double volume) const;
@@ -175,6 +201,9 @@ void number_pairs(std::span<ContactRow> rows) {
 
 double reduced_mass(double a, double b) { return a == kInfinity ? b : b == kInfinity ? a : a * b / (a + b); }
 
+// Of a piece that meets itself: two halves of it are the largest parts that can.
+Share halves(const Unit& unit) { return {unit.mass / 4, unit.component->volume / 2}; }
+
 int Detector::samples(const Unit& a, const Unit& b) const {
   if (!a.fast && !b.fast) return 1;
   const double way = (a.move - b.move).norm(), size = std::min(a.diagonal, b.diagonal);
@@ -193,43 +222,97 @@ void Detector::meet_at(double s, const Unit& a, const Unit& b, std::vector<Conta
   std::vector<IndexPair> pairs;
   sweep_and_prune(near_a.boxes, near_b.boxes, pairs);
 
-  const double mass = reduced_mass(a.mass, b.mass);
   const double volume_a = a.mass < kInfinity ? a.component->volume : kInfinity;
   const double volume_b = b.mass < kInfinity ? b.component->volume : kInfinity;
-  std::vector<ContactRow> buried;
+  const Share share{reduced_mass(a.mass, b.mass), std::min(volume_a, volume_b)};
+  FoundRows found;
   for (const auto& [i, j] : pairs) {
-    const OrientedTet &shape_a = near_a.shapes[i], &shape_b = near_b.shapes[j];
-    if (!(shape_a.volume > 0 && shape_b.volume > 0)) continue;
     const CollisionTet &tet_a = tet(a, near_a.tets[i]), &tet_b = tet(b, near_b.tets[j]);
     if (a.body == b.body && share_a_node(tet_a.nodes, tet_b.nodes)) continue;
-    const TetOverlap common = overlap(shape_a, shape_b);
-    if (common.volume == 0) continue;
-    const ContactNormal normal = contact_normal(common, shape_a, shape_b, tet_a.exterior, tet_b.exterior);
-    ContactRow row;
-    row.area = normal.r.norm();
-    if (!(row.area > 0)) continue;
-    row.normal = normal.r / row.area;
-    row.point = common.centroid;
-    row.friction = std::sqrt(in.bodies[a.body].friction * in.bodies[b.body].friction);
-    const Vec3 u = add_side(row, 0, s, a, tet_a, barycentric(shape_a, row.point)) +
-                   add_side(row, 1, s, b, tet_b, barycentric(shape_b, row.point));
-    finish(row, u, s, overlap_depth(common.volume, row.area), mass, std::min(volume_a, volume_b));
-    if (!in.settings.raw_damping) turn_back(row, u, at_start(a, tet_a), at_start(b, tet_b));
-    (normal.from_surface ? rows : buried).push_back(row);
+    meet_tets(s, {a, tet_a, near_a.shapes[i]}, {b, tet_b, near_b.shapes[j]}, share, found);
   }
-  // Pairs of tets without a face of the surface in their overlap say nothing about the direction. They count only where
-  // there is nothing better, when two bodies have gone deep into each other; beside a resting contact they would push
-  // sideways.
-  if (rows.empty()) rows = std::move(buried);
-  share_mass(mass, rows);
+  rows = std::move(found.surface.empty() ? found.buried : found.surface);
+  share_mass(share.mass, rows);
 }
 
-ContactRow Detector::plane_row(const Unit& unit, int plane, const Vec3& point, double area) const {
+// Contact of two tets at part s of the step's way.
+void Detector::meet_tets(double s, const TetOfUnit& a, const TetOfUnit& b, const Share& share, FoundRows& found) const {
+  if (!(a.shape.volume > 0 && b.shape.volume > 0)) return;
+  const TetOverlap common = overlap(a.shape, b.shape);
+  if (common.volume == 0) return;
+  const ContactNormal normal = contact_normal(common, a.shape, b.shape, a.tet.exterior, b.tet.exterior);
+  ContactRow row;
+  row.area = normal.r.norm();
+  if (!(row.area > 0)) return;
+  row.normal = normal.r / row.area;
+  row.point = common.centroid;
+  row.volume = common.volume;
+  set_friction(row, in.bodies[a.unit.body].friction, in.bodies[b.unit.body].friction);
+  const Vec3 u = add_side(row, 0, s, a.unit, a.tet, barycentric(a.shape, row.point)) +
+                 add_side(row, 1, s, b.unit, b.tet, barycentric(b.shape, row.point));
+  finish(row, u, s, overlap_depth(common.volume, row.area), share.mass, share.volume);
+  if (!in.settings.raw_damping) turn_back(row, u, at_start(a.unit, a.tet), at_start(b.unit, b.tet));
+  (normal.from_surface ? found.surface : found.buried).push_back(row);
+}
+
+const SelfContact* Detector::self(const Unit& unit) const {
+  return unit.mass < kInfinity ? in.bodies[unit.body].self : nullptr;
+}
+
+// A piece against itself, at the end of the step: the way there is not looked at, since what of it is fast is not known.
+// Rows of two patches are a pair: friction in one place is not bounded by what presses in another.
+void Detector::meet_itself(const Unit& unit, const ThreadPool& pool, std::vector<ContactRow>& rows) const {
+  const SelfContact& body = *self(unit);
+  const auto component = unit.component - in.bodies[unit.body].mesh->components.data();
+  const int first = body.first_patch[component];
+  const std::span patches(body.patches.data() + first, body.patches.data() + body.first_patch[component + 1]);
+  std::vector<Box3> boxes(patches.size());
+  for (std::size_t p = 0; p < patches.size(); ++p)
+    for (int k = patches[p].begin; k < patches[p].end; ++k) boxes[p].extend(unit.tet_boxes[body.tets[k] - unit.component->begin]);
+  std::vector<IndexPair> pairs = sweep_and_prune(boxes);
+  for (int p = 0; p < static_cast<int>(patches.size()); ++p) pairs.emplace_back(p, p);
+  std::erase_if(pairs, [&](const IndexPair& p) { return near_at_rest(patches[p.first], patches[p.second]); });
+
+  std::vector<FoundRows> found(pairs.size());
+  pool.for_chunks(static_cast<int>(pairs.size()), 8, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) meet_patches(unit, patches[pairs[k].first], patches[pairs[k].second], found[k]);
+  });
+  const bool any_surface = std::ranges::any_of(found, [](const FoundRows& some) { return !some.surface.empty(); });
+  std::vector<std::size_t> ends;
+  for (const FoundRows& some : found) {
+    const std::vector<ContactRow>& taken = any_surface ? some.surface : some.buried;
+    rows.insert(rows.end(), taken.begin(), taken.end());
+    if (!taken.empty()) ends.push_back(rows.size());
+  }
+  share_mass(halves(unit).mass, rows);
+  for (std::size_t k = 0; k + 1 < ends.size(); ++k) rows[ends[k]].pair = 1;
+}
+
+void Detector::meet_patches(const Unit& unit, const SurfacePatch& a, const SurfacePatch& b, FoundRows& found) const {
+  const SelfContact& body = *self(unit);
+  const auto box = [&](int t) -> const Box3& { return unit.tet_boxes[t - unit.component->begin]; };
+  for (int i = a.begin; i < a.end; ++i)
+    for (int j = &a == &b ? i + 1 : b.begin; j < b.end; ++j) {
+      const int s = std::min(body.tets[i], body.tets[j]), t = std::max(body.tets[i], body.tets[j]);
+      if (!box(s).intersects(box(t)) || near_at_rest(body.balls[s], body.balls[t])) continue;
+      const CollisionTet &tet_s = tet(unit, s), &tet_t = tet(unit, t);
+      meet_tets(1, {unit, tet_s, orient(nodes(unit, tet_s))}, {unit, tet_t, orient(nodes(unit, tet_t))}, halves(unit), found);
+    }
+}
+
+void Detector::set_friction(ContactRow& row, double a, double b) const {
+  const double mu = std::sqrt(a * b);
+  if (in.settings.friction == FrictionLaw::coulomb) row.friction = mu;
+  else row.weight_speed = weight_speed(mu, row.normal, in.gravity, in.dt);
+}
+
+ContactRow Detector::plane_row(const Unit& unit, int plane, const Vec3& point, double area, double volume) const {
   ContactRow row;
   row.normal = in.planes[plane].normal;
   row.point = point;
   row.area = area;
-  row.friction = std::sqrt(in.bodies[unit.body].friction * in.planes[plane].friction);
+  row.volume = volume;
+  set_friction(row, in.bodies[unit.body].friction, in.planes[plane].friction);
   row.sides[1].body = static_cast<int>(in.bodies.size()) + plane;
   return row;
 }
@@ -247,7 +330,7 @@ void Detector::meet_plane(const Unit& unit, int plane, std::vector<ContactRow>& 
   const int begin = unit.component->begin, count = unit.component->end - begin;
   for (const auto& [node, depth, area] : submerged_nodes(tets.subspan(begin, count), at.x, half_space.normal, half_space.offset)) {
     if (!body.fixed.empty() && body.fixed[node]) continue;
-    ContactRow row = plane_row(unit, plane, at.x[node], area);
+    ContactRow row = plane_row(unit, plane, at.x[node], area, area * depth);
     row.sides[0] = {.body = unit.body, .tet = node};
     if (body.rigid) {
       set_rigid(row, 0, 1, *body.rigid);
@@ -275,7 +358,7 @@ void Detector::meet_plane_raw(const Unit& unit, int plane, std::vector<ContactRo
     if (!(shape.volume > 0)) continue;
     const HalfSpaceOverlap common = overlap(shape, half_space.normal, half_space.offset);
     if (common.volume == 0 || !(common.area > 0)) continue;
-    ContactRow row = plane_row(unit, plane, common.centroid, common.area);
+    ContactRow row = plane_row(unit, plane, common.centroid, common.area, common.volume);
     const Vec3 u = add_side(row, 0, 1, unit, t, barycentric(shape, row.point));
     finish(row, u, 1, depth, unit.mass, unit.component->volume);
     rows.push_back(row);
@@ -380,6 +463,7 @@ std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& po
   std::erase_if(pairs, [&](const IndexPair& p) { return !detector.may_meet(units[p.first], units[p.second]); });
   std::vector<std::uint8_t> near(units.size(), 0);
   for (const auto& [a, b] : pairs) near[a] = near[b] = 1;
+  for (std::size_t k = 0; k < units.size(); ++k) near[k] |= detector.self(units[k]) != nullptr;
   pool.for_chunks(static_cast<int>(units.size()), 16, [&](int begin, int end) {
     for (int k = begin; k < end; ++k)
       if (near[k]) detector.fill_tet_boxes(units[k]);
@@ -389,6 +473,9 @@ std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& po
   std::vector<ContactRow> rows;
   append_rows(static_cast<int>(pairs.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
     detector.meet(units[pairs[k].first], units[pairs[k].second], found);
+  });
+  append_rows(static_cast<int>(units.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
+    if (detector.self(units[k])) detector.meet_itself(units[k], pool, found);
   });
   append_rows(static_cast<int>(units.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
     const Unit& unit = units[k];

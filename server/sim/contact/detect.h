@@ -3,6 +3,7 @@
 #include "common/types.h"
 #include "server/sim/contact/collision_mesh.h"
 #include "server/sim/contact/contact_rows.h"
+#include "server/sim/contact/self_contact.h"
 #include "server/sim/parallel_for.h"
 #include "server/sim/scene.h"
 
@@ -31,6 +32,7 @@ struct CollisionBody {
   std::span<const char> fixed;            // soft: nonzero for nodes that are not unknowns (prescribed); empty: none
   std::optional<RigidMotion> rigid;       // set: a rigid body, v and fixed are not read
   double friction = 0.5;                  // mu [-]; a pair has the geometric mean of both
+  const SelfContact* self = nullptr;      // soft: of `mesh`, each of whose pieces then also meets itself; null: they do not
 };
 
 // Solid where normal . p < offset. Its index in a row is bodies.size() plus its own.
@@ -50,15 +52,19 @@ struct DetectionInput {
 
 // Rows of: soft body against soft body, rigid body or plane, and of different face-connected components of one soft
 // body (tets that share a node never); rigid fragments count as soft bodies. Other rigid bodies do not meet each other here.
+// Where a body asks for it, also of parts of one component that are not near each other at rest (self_contact.h).
 //
 // Default law: detection where the bodies would be at the end of the step without contact, x + dt (v + dt g);
 //   c_n = kappa m A / V^(2/3), m the reduced mass and V the smaller rest volume of the two components;
 //   s* = -gap/dt for what is still apart at the start of the step, min(depth/tau, v_max) for what overlaps there; depth is
-//   overlap_depth(V, A). Rows of rigid fragments have 0.3 kappa and 2 tau. Against a plane each node below it has a row
+//   overlap_depth(V, A). Which parts of a component meet where it meets itself is not asked: m and V are those of two
+//   halves, a quarter of its mass and half its volume. Rows of rigid fragments have 0.3 kappa and 2 tau. Against a plane each node below it has a row
 //   of its own (submerged_nodes.h).
 // Raw law, the paper's: detection at x; c_n = dt phi |r|, s* = 0: damping, in both directions, and nothing else.
-// Rows are in ascending order of their components and tets, planes last; the order and the bits do not depend on the
-// number of threads. Bodies of non-finite position meet nothing.
+// Friction by settings.friction: Coulomb's, a bound that the passes of a solve keep (friction.h), or by weight
+// (weight_friction.h).
+// Rows are in ascending order of their components and tets, then those of pieces that meet themselves by patch, planes
+// last; the order and the bits do not depend on the number of threads. Bodies of non-finite position meet nothing.
 std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& pool);
 
 // Deepest overlap at the start of the step [m], 0 if there is none.

@@ -1,5 +1,6 @@
 #include "server/sim/islands/composite_island.h"
 
+#include "server/sim/contact/weight_friction.h"
 #include "server/sim/islands/composite_multigrid.h"
 #include "server/sim/islands/island_system.h"
 #include "server/sim/islands/rigid_modes.h"
@@ -185,13 +186,17 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
   linear_solver::CgWorkspace workspace;
   workspace.resize(x.size());
   const VectorXd start = x;
-  for (int k = 0; k < rows.size(); ++k)
-    contact::start_row(memory, rows.relative_velocity(k, start), options.may_pull, island.rows[k]);
+  std::vector<Vec3> u_start(rows.size());
+  for (int k = 0; k < rows.size(); ++k) {
+    u_start[k] = rows.relative_velocity(k, start);
+    contact::start_row(memory, u_start[k], options.may_pull, island.rows[k]);
+  }
   system.start_from(x);
   std::vector<Vec3> u(rows.size());
   Preconditioner preconditioner(system, options.solver, pool);
   for (bool differs = true; differs && solution.passes < options.passes;) {
     ++solution.passes;
+    contact::set_weight_friction(system.mass(), u_start, island.rows);
     rows.refresh();
     const linear_solver::SolveReport report = solve_pass(system, rows, b, options, preconditioner, workspace, x, pool);
     solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};

@@ -142,6 +142,14 @@ std::vector<ModesPart> IslandSystem::modes_parts() const {
   return parts;
 }
 
+double IslandSystem::mass() const {
+  double mass = 0;
+  for (const int body : island_.soft)
+    for (const double m : bodies_[body].system->row_mass) mass += m;
+  for (const int body : island_.rigid) mass += bodies_[body].rigid->mass;
+  return mass;
+}
+
 bool IslandSystem::anything_fixed() const {
   if (std::ranges::any_of(island_.soft, [&](int body) { return bodies_[body].system->any_prescribed; })) return true;
   return std::ranges::any_of(island_.rows, [](const contact::ContactRow& row) { return row.active && is_anchored(row); });

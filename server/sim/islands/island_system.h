@@ -34,6 +34,7 @@ class IslandSystem {
   std::vector<MultigridPart> update_coarse_levels(const ThreadPool& pool) const;
   std::vector<ModesPart> modes_parts() const;
 
+  double mass() const;          // of all of it, as the rows of A have it [kg]
   bool anything_fixed() const;  // a prescribed node, or an active row to something that does not move
   // Adds the one velocity that makes the sum of all equations of motion hold. Elastic and contact terms of a free island
   // sum to zero, and see nothing of a common velocity: the rows' impulses stay what they are.

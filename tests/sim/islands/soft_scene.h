@@ -7,6 +7,7 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 
 namespace crumple::sim::islands {
 
@@ -22,10 +23,12 @@ struct SoftBody {
   fem::RestBody rest;
   fem::FemState state;
   contact::CollisionMesh collision;
+  std::optional<contact::SelfContact> self;
   fem::StepSystem system;
   std::vector<fem::PrescribedNode> prescribed;
   linear_solver::MultigridHierarchy hierarchy;
 
+  void meet_itself() { self = contact::make_self_contact(collision, mesh.X); }
   Vec3 momentum() const {
     Vec3 p = Vec3::Zero();
     for (std::size_t i = 0; i < state.v.size(); ++i) p += rest.node_mass[i] * state.v[i];
@@ -85,10 +88,14 @@ struct SoftScene {
 
   SoftBody& add_soft(std::array<int, 3> cells, const Vec3& size, const Vec3& at, const Vec3& velocity = Vec3::Zero(),
                      double young = 1e6) {
-    SoftBody& body = soft.emplace_back();
-    body.mesh = block_mesh(cells, size);
     fem::FemMaterial material;
     material.young = young;
+    return add_mesh(block_mesh(cells, size), material, at, velocity);
+  }
+
+  SoftBody& add_mesh(TetMesh mesh, const fem::FemMaterial& material, const Vec3& at, const Vec3& velocity = Vec3::Zero()) {
+    SoftBody& body = soft.emplace_back();
+    body.mesh = std::move(mesh);
     body.rest = fem::make_rest_body(body.mesh, material).value();
     for (const Vec3& X : body.mesh.X) body.state.x.push_back(X + at);
     body.state.v.assign(body.mesh.X.size(), velocity);
@@ -117,7 +124,8 @@ struct SoftScene {
   void detect() {
     std::vector<contact::CollisionBody> bodies;
     for (SoftBody& body : soft)
-      bodies.push_back({&body.collision, body.state.x, body.state.v, body.system.prescribed, std::nullopt, friction});
+      bodies.push_back({&body.collision, body.state.x, body.state.v, body.system.prescribed, std::nullopt, friction,
+                        body.self ? &*body.self : nullptr});
     for (RigidBox& box : rigid) {
       box.place();
       const contact::RigidMotion motion{box.p, box.v, box.w, box.mass, box.movable};
