@@ -246,7 +246,12 @@ void World::Impl::fracture(StepReport& report) {
   if (broke.empty()) return;
   for (const std::size_t b : broke) {
     soft[b].draw();
-    rebuild_topology(soft[b].id);
+    BodyTopology drawn = soft[b].topology();
+    BodyTopology& known = topology.bodies[soft[b].id];
+    if (drawn.triangles != known.triangles || drawn.vertices.size() != known.vertices.size()) {  // not where nothing shows of it
+      drawn.epoch = topology.epoch + 1;
+      known = std::move(drawn);
+    }
     std::vector<DustParticle> grains = soft[b].take_dust(scene.seed, step);
     if (grains.empty()) continue;
     Event& event = add_event(EventKind::dust, soft[b].id);
