@@ -14,6 +14,7 @@ enum class BodyModel : std::uint8_t { rigid, fixed, fem, example_based };
 // Draw data of one body that changes only when the body breaks.
 struct BodyTopology {
   BodyId id = 0;
+  std::uint32_t epoch = 0;              // since which it is as it is
   std::string name;
   BodyModel model = BodyModel::rigid;
   bool deformable = false;              // false: `vertices` move with the frame's pose alone
@@ -24,7 +25,7 @@ struct BodyTopology {
   std::vector<std::string> channels;    // names of colour channels, e.g. the examples of the body
 };
 
-// Everything to draw, valid for frames of the same epoch. The epoch rises when a body breaks.
+// Everything to draw, valid for frames of the same epoch. The epoch rises when bodies break, and becomes theirs.
 struct Topology {
   std::uint32_t epoch = 0;
   std::vector<BodyTopology> bodies;     // indexed by BodyId

@@ -48,7 +48,10 @@ void print(const client::EncodedUpdate& update, bool events, std::ostream& out) 
     out << "event " << event->sequence << "  step " << event->step << "  " << to_string(event->kind) << "  "
         << event->message << '\n';
   } else if (const auto* topology = std::get_if<client::EncodedTopology>(&update); topology && events) {
-    out << "topology epoch " << topology->epoch << "  " << topology->payload->size() << " bytes\n";
+    out << "topology epoch " << topology->epoch;
+    if (topology->base) out << " since " << *topology->base;
+    if (topology->parts > 1) out << " part " << topology->part + 1 << " of " << topology->parts;
+    out << "  " << topology->payload->size() << " bytes\n";
   }
 }
 

@@ -16,7 +16,7 @@ struct ToUpdate {
   EncodedUpdate operator()(const EventGap& gap) const { return gap; }
   EncodedUpdate operator()(const runtime::SharedEvent& event) const { return from_core(*event); }
   EncodedUpdate operator()(const runtime::TopologyDelivery& topology) const {
-    return EncodedTopology{topology.epoch, topology.payload};
+    return EncodedTopology{topology.epoch, topology.base, topology.part, topology.parts, topology.payload};
   }
   EncodedUpdate operator()(const runtime::FrameDelivery& delivery) const {
     const Frame& frame = delivery.frame->frame();

@@ -2,6 +2,8 @@
 
 #include "crumple/v1/error.pb.h"
 
+#include <algorithm>
+
 namespace crumple::client {
 namespace {
 
@@ -130,7 +132,10 @@ std::optional<EncodedUpdate> take_update(v1::WatchResponse& message) {
   switch (message.update_case()) {
     case v1::WatchResponse::kTopology: {
       v1::TopologyUpdate& topology = *message.mutable_topology();
-      return EncodedTopology{topology.epoch(), std::make_shared<const std::string>(std::move(*topology.mutable_payload()))};
+      EncodedTopology update{.epoch = topology.epoch(), .part = topology.part(), .parts = std::max(topology.parts(), 1u)};
+      if (topology.has_base()) update.base = topology.base();
+      update.payload = std::make_shared<const std::string>(std::move(*topology.mutable_payload()));
+      return update;
     }
     case v1::WatchResponse::kFrame: {
       v1::FrameUpdate& frame = *message.mutable_frame();
@@ -147,8 +152,12 @@ std::optional<EncodedUpdate> take_update(v1::WatchResponse& message) {
 v1::WatchResponse to_message(const EncodedUpdate& update) {
   v1::WatchResponse message;
   if (const auto* topology = std::get_if<EncodedTopology>(&update)) {
-    message.mutable_topology()->set_epoch(topology->epoch);
-    message.mutable_topology()->set_payload(*topology->payload);
+    v1::TopologyUpdate* out = message.mutable_topology();
+    out->set_epoch(topology->epoch);
+    if (topology->base) out->set_base(*topology->base);
+    out->set_part(topology->part);
+    out->set_parts(topology->parts);
+    out->set_payload(*topology->payload);
   } else if (const auto* frame = std::get_if<EncodedFrame>(&update)) {
     v1::FrameUpdate* out = message.mutable_frame();
     out->set_step(frame->step);

@@ -8,7 +8,7 @@
 
 // A stream kept in a file: the updates as they came, one after another, each a crumple.v1.WatchResponse
 // (simulation.proto) behind its length in bytes as a protobuf varint. Any protobuf library reads it as "delimited"
-// messages. A frame can be drawn once the topology of its epoch has been read, which comes before it.
+// messages. An UpdateDecoder that is given all of them in order decodes them.
 namespace crumple::client {
 
 class StreamFileWriter {

@@ -1,32 +1,42 @@
 #include "client/sdk/watch_stream.h"
 
+#include <algorithm>
+
 namespace crumple::client {
 namespace {
 
-template <class T>
-Result<Update> as_update(Result<T> value) {
-  if (value) return Update(*std::move(value));
-  return std::unexpected(Error{ErrorCode::internal, "payload", value.error().text()});
-}
-
-struct Decode {
-  Result<Update> operator()(const EncodedTopology& topology) const { return as_update(decode_topology(*topology.payload)); }
-  Result<Update> operator()(const EncodedFrame& frame) const { return as_update(decode_frame(*frame.payload)); }
-  Result<Update> operator()(const WorldEvent& event) const { return event; }
-  Result<Update> operator()(const EventGap& gap) const { return gap; }
-};
+Error internal(const Error& error) { return {ErrorCode::internal, "payload", error.text()}; }
 
 }  // namespace
 
-Result<Update> decode(const EncodedUpdate& update) { return std::visit(Decode{}, update); }
+Result<std::optional<Update>> UpdateDecoder::decode(const EncodedUpdate& update) {
+  if (const auto* topology = std::get_if<EncodedTopology>(&update)) {
+    const auto whole = stream_.take_topology(*topology->payload);
+    if (!whole) return std::unexpected(internal(whole.error()));
+    if (!*whole) return std::nullopt;
+    return stream_.topology();
+  }
+  if (const auto* encoded = std::get_if<EncodedFrame>(&update)) {
+    auto frame = stream_.decode_frame(*encoded->payload);
+    if (!frame) return std::unexpected(internal(frame.error()));
+    return *std::move(frame);
+  }
+  if (const auto* event = std::get_if<WorldEvent>(&update)) return *event;
+  return std::get<EventGap>(update);
+}
 
 Result<std::optional<Update>> WatchStream::next(std::chrono::milliseconds timeout) {
-  const auto encoded = next_encoded(timeout);
-  if (!encoded) return std::unexpected(encoded.error());
-  if (!*encoded) return std::nullopt;
-  auto update = decode(**encoded);
-  if (!update) return std::unexpected(update.error());
-  return *std::move(update);
+  using std::chrono::steady_clock;
+  const auto deadline = steady_clock::now() + timeout;
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - steady_clock::now());
+    const auto encoded = next_encoded(std::max(left, std::chrono::milliseconds(0)));
+    if (!encoded) return std::unexpected(encoded.error());
+    if (!*encoded) return std::nullopt;
+    auto update = decoder_.decode(**encoded);
+    if (!update) return std::unexpected(update.error());
+    if (*update) return update;
+  }
 }
 
 Subscription::Subscription(std::unique_ptr<WatchStream> stream, std::function<void(const Update&)> on_update,

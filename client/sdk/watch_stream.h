@@ -3,7 +3,7 @@
 #include "client/sdk/world_event.h"
 #include "common/error.h"
 #include "common/frame.h"
-#include "common/frame_codec.h"
+#include "common/stream_decoder.h"
 #include "common/world_status.h"
 
 #include <chrono>
@@ -26,9 +26,11 @@ struct WatchOptions {
   std::optional<std::uint64_t> after_event;  // want the events after this number; missing: from now on
 };
 
-// As received. Payloads are for decode_topology and decode_frame.
+// As received. Payloads are for a StreamDecoder.
 struct EncodedTopology {
   std::uint32_t epoch = 0;
+  std::optional<std::uint32_t> base;  // it has what changed since that epoch; missing: it has all bodies
+  std::uint32_t part = 0, parts = 1;  // of those that it comes in
   std::shared_ptr<const std::string> payload;
 };
 struct EncodedFrame {
@@ -40,11 +42,20 @@ struct EncodedFrame {
   std::shared_ptr<const std::string> payload;
 };
 using EncodedUpdate = std::variant<EncodedTopology, EncodedFrame, WorldEvent, EventGap>;
+// A topology is whole, whatever was sent of it: of its bodies, those whose epoch is above that of the one before are new.
 using Update = std::variant<Topology, Frame, WorldEvent, EventGap>;
 
-Result<Update> decode(const EncodedUpdate& update);
+// Decodes the updates of one stream or file, all of them in order.
+class UpdateDecoder {
+ public:
+  // Nothing: a part of a topology, and more are to come. Error internal: a payload does not decode.
+  Result<std::optional<Update>> decode(const EncodedUpdate& update);
 
-// An open stream. next and next_encoded: one thread at a time. close and the destructor end it at once.
+ private:
+  StreamDecoder stream_;
+};
+
+// An open stream. Read it with next or with next_encoded, not with both; one thread at a time. close and the destructor end it at once.
 class WatchStream {
  public:
   virtual ~WatchStream() = default;
@@ -55,6 +66,9 @@ class WatchStream {
   virtual Result<std::optional<EncodedUpdate>> next_encoded(std::chrono::milliseconds timeout) = 0;
 
   virtual void close() = 0;  // from any thread; a waiting next() returns
+
+ private:
+  UpdateDecoder decoder_;
 };
 
 // Calls `on_update` for every update, and `on_end` once with the reason when the stream ends by itself, on a thread of

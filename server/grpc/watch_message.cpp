@@ -62,6 +62,9 @@ struct ToBytes {
   grpc::ByteBuffer operator()(const runtime::TopologyDelivery& delivery) const {
     v1::TopologyUpdate update;
     update.set_epoch(delivery.epoch);
+    if (delivery.base) update.set_base(*delivery.base);
+    update.set_part(delivery.part);
+    update.set_parts(delivery.parts);
     return with_payload(v1::WatchResponse::kTopologyFieldNumber, update.SerializeAsString(),
                         v1::TopologyUpdate::kPayloadFieldNumber, delivery.payload);
   }

@@ -24,15 +24,27 @@ Result<void> Recording::write(const std::string& message) {
   return {};
 }
 
-Result<void> Recording::write_frame(const sim::World& world) {
-  const Topology& topology = world.topology();
-  if (!any_topology_ || topology.epoch != epoch_) {
+Result<void> Recording::write_topology(const Topology& topology) {
+  if (const auto what = too_long(topology)) return std::unexpected(Error{ErrorCode::resource_exhausted, file_.string(), *what});
+  const std::optional<std::uint32_t> base = reference_ ? std::optional(reference_->epoch()) : std::nullopt;
+  const std::vector<std::string> parts = encode(topology, base, Codec::quantised16, true);
+  for (std::size_t k = 0; k < parts.size(); ++k) {
     v1::WatchResponse message;
-    message.mutable_topology()->set_epoch(topology.epoch);
-    message.mutable_topology()->set_payload(encode(topology, Codec::quantised16, true));
+    v1::TopologyUpdate& update = *message.mutable_topology();
+    update.set_epoch(topology.epoch);
+    if (base) update.set_base(*base);
+    update.set_part(static_cast<std::uint32_t>(k));
+    update.set_parts(static_cast<std::uint32_t>(parts.size()));
+    update.set_payload(parts[k]);
     if (auto written = write(message.SerializeAsString()); !written) return written;
-    any_topology_ = true;
-    epoch_ = topology.epoch;
+  }
+  reference_ = FrameReference::of_sender(topology, reference_ ? &*reference_ : nullptr);
+  return {};
+}
+
+Result<void> Recording::write_frame(const sim::World& world) {
+  if (!reference_ || reference_->epoch() != world.topology().epoch) {
+    if (auto written = write_topology(world.topology()); !written) return written;
   }
   const Frame frame = world.capture();
   v1::WatchResponse message;
@@ -40,7 +52,7 @@ Result<void> Recording::write_frame(const sim::World& world) {
   update.set_step(frame.step);
   update.set_time(frame.time);
   update.set_epoch(frame.epoch);
-  update.set_payload(encode(frame, Codec::quantised16, true));
+  update.set_payload(encode(frame, *reference_, Codec::quantised16, true));
   return write(message.SerializeAsString());
 }
 

@@ -128,6 +128,7 @@ std::optional<Delivery> FrameReader::poll() {
     step_.reset();
     epoch_.reset();
     after_topology_.reset();
+    parts_sent_ = 0;
     return *gap;
   }
   if (const auto* event = std::get_if<SharedEvent>(&next)) {
@@ -138,19 +139,24 @@ std::optional<Delivery> FrameReader::poll() {
     if (std::exchange(closed_, true)) return std::nullopt;
     return Closed{*core_->closed_};
   }
-  std::shared_ptr<const PublishedFrame> frame = std::move(after_topology_);
-  after_topology_ = nullptr;
-  if (!frame) {
-    if (!HubCore::waits_for_frame(*this, core_->clock_->now()) || !(frame = core_->fresh_frame(*this))) return std::nullopt;
-    if (epoch_ != frame->frame().epoch) {
-      // This very frame comes next, whatever is published meanwhile: else a world that breaks at every step would send
-      // topologies only.
-      epoch_ = frame->frame().epoch;
-      after_topology_ = frame;
-      lock.unlock();
-      return TopologyDelivery{frame->frame().epoch, frame->topology()->encoded(options_.format)};
+  std::shared_ptr<const PublishedFrame> frame = after_topology_;
+  if (!frame && (!HubCore::waits_for_frame(*this, core_->clock_->now()) || !(frame = core_->fresh_frame(*this)))) return std::nullopt;
+  if (const std::uint32_t epoch = frame->frame().epoch; epoch_ != epoch) {
+    // This very frame comes next, whatever is published meanwhile: else a world that breaks at every step would send
+    // topologies only.
+    after_topology_ = frame;
+    const std::optional<std::uint32_t> base = epoch_;
+    const std::uint32_t part = parts_sent_++;
+    lock.unlock();
+    const std::vector<Payload> parts = frame->topology()->encoded(options_.format, base);
+    lock.lock();
+    if (parts_sent_ == parts.size()) {
+      epoch_ = epoch;
+      parts_sent_ = 0;
     }
+    return TopologyDelivery{epoch, base, part, static_cast<std::uint32_t>(parts.size()), parts[part]};
   }
+  after_topology_ = nullptr;
   --credits_;
   step_ = frame->frame().step;
   if (options_.max_rate_hz > 0) {

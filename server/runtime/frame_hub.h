@@ -16,9 +16,10 @@
 // Where the world's thread hands over what viewers see, and each viewer takes it at its own pace.
 //
 // Frames: newest wins. A frame costs the reader a credit; what was replaced before the reader had one is never
-// encoded. A frame of a new epoch comes after that epoch's topology. Events: all of them, in order, before the frame
+// encoded. A frame of a new epoch comes after that epoch's topology: the bodies that changed since the reader's last one,
+// however many epochs it skipped, or all bodies for its first. Events: all of them, in order, before the frame
 // of their step, free of credits; a reader that falls off the bounded log is told so and its next frame comes after a
-// fresh topology. Encoding happens once per format, on the threads of the readers.
+// topology of all bodies. Encoding happens once per format, on the threads of the readers.
 namespace crumple::runtime {
 
 struct ReaderOptions {
@@ -28,7 +29,12 @@ struct ReaderOptions {
   std::optional<std::uint64_t> after_event; // events after this number; missing: from now on
 };
 
-struct TopologyDelivery { std::uint32_t epoch = 0; Payload payload; };
+struct TopologyDelivery {
+  std::uint32_t epoch = 0;
+  std::optional<std::uint32_t> base;   // of the topology that it changes; nothing: it has all bodies
+  std::uint32_t part = 0, parts = 1;   // of those that it is sent in
+  Payload payload;
+};
 struct FrameDelivery { std::shared_ptr<const PublishedFrame> frame; Payload payload; };
 struct Closed { Error reason; };  // nothing comes after it
 using Delivery = std::variant<EventGap, SharedEvent, TopologyDelivery, FrameDelivery, Closed>;
@@ -61,8 +67,9 @@ class FrameReader {
   std::uint32_t credits_ = 0;
   std::uint64_t event_ = 0;                             // number of the last event sent
   std::optional<std::uint64_t> step_;                   // of the last frame sent
-  std::optional<std::uint32_t> epoch_;                  // of the last topology sent
-  std::shared_ptr<const PublishedFrame> after_topology_;  // its topology is sent, the frame is next
+  std::optional<std::uint32_t> epoch_;                  // of the last topology sent, all its parts
+  std::shared_ptr<const PublishedFrame> after_topology_;  // its topology is being sent, the frame is next
+  std::uint32_t parts_sent_ = 0;                        // of that topology
   double next_frame_at_ = 0;                            // by the rate limit, wall time [s]
   bool closed_ = false;                                 // Closed is sent
 };

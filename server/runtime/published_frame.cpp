@@ -4,21 +4,18 @@
 
 namespace crumple::runtime {
 
-Payload EncodeOnce::get(const StreamFormat& format, const std::function<std::string()>& encode) const {
-  std::shared_ptr<Slot> slot;
-  {
-    const std::lock_guard lock(mutex_);
-    auto& entry = slots_[format];
-    if (!entry) entry = std::make_shared<Slot>();
-    slot = entry;
-  }
-  std::call_once(slot->once, [&] { slot->payload = std::make_shared<const std::string>(encode()); });
-  return slot->payload;
-}
+PublishedTopology::PublishedTopology(Topology topology, const PublishedTopology* before, std::size_t max_content)
+    : topology_(std::move(topology)), reference_(FrameReference::of_sender(topology_, before ? &before->reference_ : nullptr)),
+      max_content_(max_content) {}
 
-Payload PublishedTopology::encoded(const StreamFormat& format) const {
+std::vector<Payload> PublishedTopology::encoded(const StreamFormat& format, std::optional<std::uint32_t> since) const {
   const StreamFormat without_values{format.codec, format.compress, false};  // they make no difference here
-  return encodings_.get(without_values, [&] { return encode(topology_, format.codec, format.compress); });
+  return encodings_.get({without_values, since}, [&] {
+    std::vector<Payload> payloads;
+    for (std::string& message : encode(topology_, since, format.codec, format.compress, max_content_))
+      payloads.push_back(std::make_shared<const std::string>(std::move(message)));
+    return payloads;
+  });
 }
 
 PublishedFrame::PublishedFrame(Frame frame, bool with_values, std::shared_ptr<const PublishedTopology> topology)
@@ -29,10 +26,13 @@ PublishedFrame::PublishedFrame(Frame frame, bool with_values, std::shared_ptr<co
 Payload PublishedFrame::encoded(const StreamFormat& format) const {
   assert(serves(format));
   return encodings_.get(format, [&] {
-    if (format.values || !with_values_) return encode(frame_, format.codec, format.compress);
+    const auto payload_of = [&](const Frame& frame) {
+      return std::make_shared<const std::string>(encode(frame, topology_->reference(), format.codec, format.compress));
+    };
+    if (format.values || !with_values_) return payload_of(frame_);
     Frame plain = frame_;
     for (BodyFrame& body : plain.bodies) body.values.clear();
-    return encode(plain, format.codec, format.compress);
+    return payload_of(plain);
   });
 }
 

@@ -8,7 +8,10 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace crumple::runtime {
 
@@ -23,30 +26,46 @@ struct StreamFormat {
   auto operator<=>(const StreamFormat&) const = default;
 };
 
-// Encodes at most once per format; who asks while another encodes waits for that one. Thread-safe.
+// Encodes at most once per key; who asks while another encodes waits for that one. Thread-safe.
+template <class Key, class Encoded>
 class EncodeOnce {
  public:
-  Payload get(const StreamFormat& format, const std::function<std::string()>& encode) const;
+  Encoded get(const Key& key, const std::function<Encoded()>& encode) const {
+    std::shared_ptr<Slot> slot;
+    {
+      const std::lock_guard lock(mutex_);
+      auto& entry = slots_[key];
+      if (!entry) entry = std::make_shared<Slot>();
+      slot = entry;
+    }
+    std::call_once(slot->once, [&] { slot->encoded = encode(); });
+    return slot->encoded;
+  }
 
  private:
   struct Slot {
     std::once_flag once;
-    Payload payload;
+    Encoded encoded;
   };
   mutable std::mutex mutex_;
-  mutable std::map<StreamFormat, std::shared_ptr<Slot>> slots_;
+  mutable std::map<Key, std::shared_ptr<Slot>> slots_;
 };
 
 // A topology on its way to many readers.
 class PublishedTopology {
  public:
-  explicit PublishedTopology(Topology topology) : topology_(std::move(topology)) {}
+  // before: of the same world, or none; what has not changed since is not worked out again. max_content: of a message [bytes].
+  explicit PublishedTopology(Topology topology, const PublishedTopology* before = nullptr, std::size_t max_content = kMaxContentBytes);
   const Topology& topology() const { return topology_; }
-  Payload encoded(const StreamFormat& format) const;
+  const FrameReference& reference() const { return reference_; }
+  // What a reader of the topology of epoch `since` lacks; nothing: of none. One message or more, to be sent in this order.
+  std::vector<Payload> encoded(const StreamFormat& format, std::optional<std::uint32_t> since) const;
 
  private:
   Topology topology_;
-  EncodeOnce encodings_;
+  FrameReference reference_;
+  std::size_t max_content_;
+  EncodeOnce<std::pair<StreamFormat, std::optional<std::uint32_t>>, std::vector<Payload>> encodings_;
 };
 
 // A frame on its way to many readers, with the topology it belongs to.
@@ -63,7 +82,7 @@ class PublishedFrame {
   Frame frame_;
   bool with_values_;
   std::shared_ptr<const PublishedTopology> topology_;
-  EncodeOnce encodings_;
+  EncodeOnce<StreamFormat, Payload> encodings_;
 };
 
 }  // namespace crumple::runtime

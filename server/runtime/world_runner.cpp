@@ -9,19 +9,6 @@
 #include "common/text.h"
 
 namespace crumple::runtime {
-namespace {
-
-// What a viewer would have to be sent; frames are smaller.
-std::size_t float_content_bytes(const Topology& topology) {
-  std::size_t bytes = 0;
-  for (const BodyTopology& body : topology.bodies) {
-    bytes += 64 + body.name.size() + sizeof(Vec3f) * body.vertices.size() + sizeof(Triangle) * body.triangles.size();
-    for (const std::string& channel : body.channels) bytes += 8 + channel.size();
-  }
-  return bytes;
-}
-
-}  // namespace
 
 WorldRunner::WorldRunner(WorldId id, std::string name, MakeScene make_scene, const RunnerOptions& options,
                          Done<WorldId> created)
@@ -276,11 +263,9 @@ void WorldRunner::publish_if_wanted() {
   const FrameHub::Demand demand = hub_.demand(world_->step_count());
   if (!demand.frame) return;
   if (!topology_ || topology_->topology().epoch != world_->topology().epoch) {
-    const std::size_t bytes = float_content_bytes(world_->topology());
-    if (bytes > kMaxContentBytes)
-      return hub_.close({ErrorCode::resource_exhausted, "",
-                         text("what is drawn of world ", id_, " takes ", bytes, " bytes, more than ", kMaxContentBytes)});
-    topology_ = std::make_shared<PublishedTopology>(world_->topology());
+    if (const auto what = too_long(world_->topology(), options_.max_content))
+      return hub_.close({ErrorCode::resource_exhausted, "", text("world ", id_, " cannot be watched any more: ", *what)});
+    topology_ = std::make_shared<PublishedTopology>(world_->topology(), topology_.get(), options_.max_content);
   }
   Frame frame = world_->capture(demand.values);
   frame.step_ms = step_ms_;

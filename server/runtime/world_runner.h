@@ -25,6 +25,7 @@ struct RunnerOptions {
   int threads = 1;                     // of the world's step
   std::size_t event_capacity = 16384;
   double max_owed = 0.1;               // [s], of StepClock
+  std::size_t max_content = kMaxContentBytes;  // of a message to a reader, before compression [bytes]
   std::shared_ptr<WallClock> clock = steady_wall_clock();
 };
 

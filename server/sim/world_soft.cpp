@@ -249,11 +249,20 @@ void World::Impl::fracture(StepReport& report) {
   }
   hand_over();  // what was drawn before is drawn as it was
   if (broke.empty()) return;
+  std::vector<BodyTopology> drawn(broke.size());
   pool.for_chunks(static_cast<int>(broke.size()), 1, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) soft[broke[k]].draw();
+    for (int k = begin; k < end; ++k) {
+      soft[broke[k]].draw();
+      drawn[k] = soft[broke[k]].topology();
+    }
   });
-  for (const std::size_t b : broke) {
-    rebuild_topology(soft[b].id);
+  for (std::size_t k = 0; k < broke.size(); ++k) {
+    const std::size_t b = broke[k];
+    BodyTopology& known = topology.bodies[soft[b].id];
+    if (drawn[k].triangles != known.triangles || drawn[k].vertices.size() != known.vertices.size()) {  // not where nothing shows of it
+      drawn[k].epoch = topology.epoch + 1;
+      known = std::move(drawn[k]);
+    }
     std::vector<DustParticle> grains = soft[b].take_dust(scene.seed, step);
     if (grains.empty()) continue;
     Event& event = add_event(EventKind::dust, soft[b].id);

@@ -95,14 +95,15 @@ TEST_F(CommandLine, RecordsTheStream) {
   EXPECT_TRUE(out_.starts_with("4 frames, ")) << out_;
   auto reader = client::StreamFileReader::open(file);
   ASSERT_TRUE(reader);
-  const auto topology = client::decode(**reader->next());
-  ASSERT_TRUE(topology && std::holds_alternative<Topology>(*topology));
-  EXPECT_EQ(std::get<Topology>(*topology).bodies.at(0).name, "box");
+  client::UpdateDecoder decoder;
+  const auto topology = decoder.decode(**reader->next());
+  ASSERT_TRUE(topology && *topology && std::holds_alternative<Topology>(**topology));
+  EXPECT_EQ(std::get<Topology>(**topology).bodies.at(0).name, "box");
   int frames = 0;
   for (auto update = reader->next(); update && *update; update = reader->next()) {
-    const auto decoded = client::decode(**update);
-    ASSERT_TRUE(decoded);
-    frames += std::holds_alternative<Frame>(*decoded) ? 1 : 0;
+    const auto decoded = decoder.decode(**update);
+    ASSERT_TRUE(decoded && *decoded);
+    frames += std::holds_alternative<Frame>(**decoded) ? 1 : 0;
   }
   EXPECT_EQ(frames, 4);
 }

@@ -16,7 +16,7 @@ TEST(StreamFile, ReturnsWhatWasWrittenInOrder) {
   const std::string path = (folder.path() / "stream").string();
   auto writer = StreamFileWriter::create(path);
   ASSERT_TRUE(writer);
-  ASSERT_TRUE(writer->write(EncodedTopology{2, bytes(std::string(300'000, 't'))}));
+  ASSERT_TRUE(writer->write(EncodedTopology{2, 1, 3, 4, bytes(std::string(300'000, 't'))}));
   ASSERT_TRUE(writer->write(EncodedFrame{7, 0.25, 2, 1.5, 0.5, bytes("frame")}));
   ASSERT_TRUE(writer->write(WorldEvent{.sequence = 3, .kind = EventKind::dent, .message = "dented"}));
   ASSERT_TRUE(writer->write(EventGap{4, 6}));
@@ -27,6 +27,9 @@ TEST(StreamFile, ReturnsWhatWasWrittenInOrder) {
   ASSERT_TRUE(reader);
   const auto topology = std::get<EncodedTopology>(**reader->next());
   EXPECT_EQ(topology.epoch, 2u);
+  EXPECT_EQ(topology.base, 1u);
+  EXPECT_EQ(topology.part, 3u);
+  EXPECT_EQ(topology.parts, 4u);
   EXPECT_EQ(*topology.payload, std::string(300'000, 't'));
   const auto frame = std::get<EncodedFrame>(**reader->next());
   EXPECT_EQ(frame.step, 7u);

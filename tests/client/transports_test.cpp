@@ -272,6 +272,59 @@ TEST_P(Transports, AWatcherBehindTheEventLogIsTold) {
   EXPECT_TRUE(next_of<Topology>(*stream));
 }
 
+// Two brittle bars that are torn apart, one after the other.
+v1::Scene tearing_scene() {
+  v1::Scene scene;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(R"(
+      bodies { name: "ground" rigid { kind: FIXED shapes { plane { normal { y: 1 } } } } }
+      bodies { name: "first" pose { position { y: 2 } }
+               fem { mesh { box { size { x: 0.6 y: 0.1 z: 0.1 } cells { x: 6 y: 1 z: 1 } } } material { young: 1e6 breakable: true toughness: 1e4 }
+                     motions { nodes { face: "x_min" } }
+                     motions { nodes { face: "x_max" } keys { time: 0 } keys { time: 0.1 pose { position { x: 0.3 } } } } } }
+      bodies { name: "second" pose { position { y: 3 } }
+               fem { mesh { box { size { x: 0.6 y: 0.1 z: 0.1 } cells { x: 6 y: 1 z: 1 } } } material { young: 1e6 breakable: true toughness: 1e4 }
+                     motions { nodes { face: "x_min" } }
+                     motions { nodes { face: "x_max" } keys { time: 0 } keys { time: 0.2 } keys { time: 0.3 pose { position { x: 0.3 } } } } } })",
+                                                            &scene));
+  return scene;
+}
+
+TEST_P(Transports, AWatcherOfAWorldThatBreaksHasItsTopologyWhateverItSkips) {
+  start();
+  const auto created = client_->create_world(tearing_scene());
+  ASSERT_TRUE(created) << created.error().text();
+  const auto local = *sim::World::create(*scene_convert::to_scene(tearing_scene(), scene_convert::NoFiles()));
+  const auto stream = *client_->watch(*created, {.codec = Codec::float32});
+  Topology drawn;
+  int topologies = 0;
+  for (const std::uint32_t steps : {1u, 1u, 3u, 5u, 1u, 1u, 8u, 1u, 1u, 1u, 10u, 1u, 1u, 20u}) {
+    ASSERT_TRUE(client_->step(*created, steps));
+    for (std::uint32_t k = 0; k < steps; ++k) local->step();
+    std::optional<Frame> frame;
+    while (!frame || frame->step < local->step_count()) {
+      const auto update = stream->next(test::kDeadline);
+      ASSERT_TRUE(update && *update);
+      if (const auto* topology = std::get_if<Topology>(&**update)) {
+        ASSERT_EQ(topology->bodies.size(), 3u);  // whole, whatever was sent
+        drawn = *topology;
+        ++topologies;
+      }
+      if (const auto* now = std::get_if<Frame>(&**update)) frame = *now;
+    }
+    EXPECT_EQ(drawn.epoch, local->topology().epoch);
+    EXPECT_EQ(frame->epoch, drawn.epoch);
+    const Frame here = local->capture();
+    for (BodyId b = 1; b < 3; ++b) {
+      EXPECT_EQ(drawn.bodies[b].epoch, local->topology().bodies[b].epoch);
+      EXPECT_EQ(drawn.bodies[b].triangles, local->topology().bodies[b].triangles);
+      EXPECT_EQ(frame->bodies[b].positions, here.bodies[b].positions);
+    }
+  }
+  EXPECT_LT(drawn.bodies[1].epoch, drawn.bodies[2].epoch) << "both bars must break, one after the other";
+  EXPECT_GT(drawn.bodies[1].epoch, 0u);
+  EXPECT_GT(topologies, 2);
+}
+
 TEST_P(Transports, APlayingWorldStreamsAndTellsItsFactor) {
   start();
   const WorldId world = create();

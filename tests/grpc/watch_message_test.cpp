@@ -57,9 +57,14 @@ TEST(WatchMessage, EventsAndGapsAndTopologiesParse) {
   EXPECT_EQ(message.event().message(), "dented");
   ASSERT_TRUE(message.ParseFromString(joined(to_bytes(EventGap{4, 9}))));
   EXPECT_EQ(message.gap().last(), 9u);
-  ASSERT_TRUE(message.ParseFromString(joined(to_bytes(runtime::TopologyDelivery{5, std::make_shared<const std::string>("t")}))));
+  ASSERT_TRUE(message.ParseFromString(joined(to_bytes(runtime::TopologyDelivery{5, 3, 1, 2, std::make_shared<const std::string>("t")}))));
   EXPECT_EQ(message.topology().epoch(), 5u);
+  EXPECT_EQ(message.topology().base(), 3u);
+  EXPECT_EQ(message.topology().part(), 1u);
+  EXPECT_EQ(message.topology().parts(), 2u);
   EXPECT_EQ(message.topology().payload(), "t");
+  ASSERT_TRUE(message.ParseFromString(joined(to_bytes(runtime::TopologyDelivery{.epoch = 5, .payload = std::make_shared<const std::string>("t")}))));
+  EXPECT_FALSE(message.topology().has_base());  // it has all bodies
 }
 
 TEST(WatchMessage, BytesThatAreNoRequestAreRefused) {

@@ -3,34 +3,13 @@
 #include <google/protobuf/io/coded_stream.h>
 #include <gtest/gtest.h>
 
-#include "common/frame_codec.h"
+#include "common/stream_decoder.h"
 #include "crumple/v1/simulation.pb.h"
-#include "tests/support/kuhn_lattice.h"
+#include "tests/support/tearing_bars.h"
 #include "tests/support/temporary_folder.h"
 
 namespace crumple::io {
 namespace {
-
-// A brittle bar that is torn apart by its ends at once, and a ball that falls.
-sim::SceneDescription tearing_bar() {
-  sim::SceneDescription scene;
-  sim::FemModel bar;
-  bar.mesh = std::make_shared<sim::TetMesh>(test::kuhn_lattice({6, 1, 1}, 0.1));
-  bar.material.breakable = true;
-  bar.material.toughness = 1e4;
-  sim::NodeMotion left, right;
-  for (int n = 0; n < bar.mesh->node_count(); ++n) {
-    if (bar.mesh->X[n].x() < 0.01) left.nodes.push_back(n);
-    if (bar.mesh->X[n].x() > 0.59) right.nodes.push_back(n);
-  }
-  right.keys = {{0, Pose{}}, {0.1, Pose{Quat::Identity(), Vec3(0.3, 0, 0)}}};
-  bar.motions = {left, right};
-  scene.bodies.push_back({.name = "bar", .model = bar});
-  sim::RigidModel ball;
-  ball.shapes.push_back({Pose{}, sim::Sphere{0.2}});
-  scene.bodies.push_back({.name = "ball", .pose = {Quat::Identity(), Vec3(3, 1, 0)}, .model = ball});
-  return scene;
-}
 
 std::vector<v1::WatchResponse> read_back(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -50,7 +29,7 @@ std::vector<v1::WatchResponse> read_back(const std::filesystem::path& file) {
 TEST(Recording, ReadsBackAsWhatAViewerWouldHaveSeen) {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "recording.crumple";
-  auto world = *sim::World::create(tearing_bar());
+  auto world = *sim::World::create(test::tearing_bars(1));
   std::vector<Frame> frames{world->capture()};
   std::vector<sim::Event> events;
   {
@@ -71,13 +50,17 @@ TEST(Recording, ReadsBackAsWhatAViewerWouldHaveSeen) {
   ASSERT_GT(world->topology().epoch, 0u) << "the bar must break for this test to say anything";
 
   std::size_t next_frame = 0, next_event = 0, topologies = 0;
-  Topology topology;
+  StreamDecoder reader;
+  const Topology& topology = reader.topology();
   for (const v1::WatchResponse& message : read_back(file)) {
     if (message.has_topology()) {
-      const auto decoded = decode_topology(message.topology().payload());
-      ASSERT_TRUE(decoded) << decoded.error().text();
-      EXPECT_EQ(decoded->epoch, message.topology().epoch());
-      topology = *decoded;
+      const auto whole = reader.take_topology(message.topology().payload());
+      ASSERT_TRUE(whole) << whole.error().text();
+      EXPECT_TRUE(*whole);
+      EXPECT_EQ(topology.epoch, message.topology().epoch());
+      EXPECT_EQ(message.topology().has_base(), topologies > 0);
+      const auto part = decode_topology_part(message.topology().payload());
+      EXPECT_EQ(part->bodies.size(), topologies > 0 ? 1u : 2u);  // the ball never breaks
       ++topologies;
     } else if (message.has_event()) {
       ASSERT_LT(next_event, events.size());
@@ -88,7 +71,7 @@ TEST(Recording, ReadsBackAsWhatAViewerWouldHaveSeen) {
       ASSERT_TRUE(message.has_frame());
       ASSERT_LT(next_frame, frames.size());
       const Frame& seen = frames[next_frame++];
-      const auto decoded = decode_frame(message.frame().payload());
+      const auto decoded = reader.decode_frame(message.frame().payload());
       ASSERT_TRUE(decoded) << decoded.error().text();
       EXPECT_EQ(decoded->step, seen.step);
       EXPECT_EQ(message.frame().step(), seen.step);
@@ -118,7 +101,7 @@ TEST(Recording, AFileThatCannotBeWrittenIsAnError) {
 
 TEST(Recording, AFullDiskIsAnError) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
-  auto world = *sim::World::create(tearing_bar());
+  auto world = *sim::World::create(test::tearing_bars(1));
   auto recording = Recording::create("/dev/full");
   ASSERT_TRUE(recording);
   bool failed = false;

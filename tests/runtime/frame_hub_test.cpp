@@ -12,8 +12,10 @@ namespace {
 
 using test::BellReader;
 
-std::shared_ptr<const PublishedTopology> topology(std::uint32_t epoch) {
-  return std::make_shared<PublishedTopology>(Topology{epoch, {BodyTopology{.name = "body"}}});
+// Two bodies; the second is as it is since `epoch`.
+std::shared_ptr<const PublishedTopology> topology(std::uint32_t epoch, std::size_t max_content = kMaxContentBytes) {
+  Topology topology{epoch, {BodyTopology{.id = 0, .name = "floor"}, BodyTopology{.id = 1, .epoch = epoch, .name = "body"}}};
+  return std::make_shared<PublishedTopology>(std::move(topology), nullptr, max_content);
 }
 
 std::shared_ptr<const PublishedFrame> frame(std::uint64_t step, const std::shared_ptr<const PublishedTopology>& topology,
@@ -29,13 +31,16 @@ std::vector<sim::Event> events(std::uint64_t first, std::uint64_t last) {
   return list;
 }
 
-// One word a delivery: "topology 2", "frame 7", "event 3", "gap 1-5", "closed", "nothing".
+// One word a delivery: "topology 2", "topology 3 since 2", "part 2 of 3", "frame 7", "event 3", "gap 1-5", "closed", "nothing".
 std::string word(const std::optional<Delivery>& delivery) {
   if (!delivery) return "nothing";
   if (const auto* gap = std::get_if<EventGap>(&*delivery))
     return "gap " + std::to_string(gap->first) + "-" + std::to_string(gap->last);
   if (const auto* event = std::get_if<SharedEvent>(&*delivery)) return "event " + std::to_string((*event)->sequence);
-  if (const auto* top = std::get_if<TopologyDelivery>(&*delivery)) return "topology " + std::to_string(top->epoch);
+  if (const auto* top = std::get_if<TopologyDelivery>(&*delivery)) {
+    if (top->part > 0) return "part " + std::to_string(top->part + 1) + " of " + std::to_string(top->parts);
+    return "topology " + std::to_string(top->epoch) + (top->base ? " since " + std::to_string(*top->base) : "");
+  }
   if (const auto* next = std::get_if<FrameDelivery>(&*delivery))
     return "frame " + std::to_string(next->frame->frame().step);
   return "closed";
@@ -75,7 +80,7 @@ TEST(FrameHub, SlowReaderLosesNoEvent) {
   EXPECT_EQ(drain(*reader), "topology 0, frame 100, ");  // after the events of their steps
 }
 
-TEST(FrameHub, ReaderThatFallsOffTheLogIsToldAndGetsAFreshTopology) {
+TEST(FrameHub, ReaderThatFallsOffTheLogIsToldAndGetsAllBodies) {
   FrameHub hub(steady_wall_clock(), 4);
   const auto reader = hub.subscribe({.credits = 2}, [] {});
   const auto first = topology(0);
@@ -94,7 +99,40 @@ TEST(FrameHub, TopologyComesOnceBeforeTheFramesOfItsEpoch) {
   hub.publish(frame(2, first));
   EXPECT_EQ(drain(*reader), "frame 2, ");
   hub.publish(frame(3, second));
-  EXPECT_EQ(drain(*reader), "topology 1, frame 3, ");
+  EXPECT_EQ(drain(*reader), "topology 1 since 0, frame 3, ");
+}
+
+TEST(FrameHub, AReaderThatSkipsEpochsGetsTheirChangesOnceAndOneThatIsNewGetsAllBodies) {
+  FrameHub hub;
+  const auto slow = hub.subscribe({.credits = 1}, [] {});
+  hub.publish(frame(1, topology(0)));
+  EXPECT_EQ(drain(*slow), "topology 0, frame 1, ");
+  for (std::uint32_t epoch = 1; epoch <= 5; ++epoch) hub.publish(frame(1 + epoch, topology(epoch)));
+  slow->grant(1);
+  const auto changes = slow->poll();
+  EXPECT_EQ(word(changes), "topology 5 since 0");
+  const auto part = decode_topology_part(*std::get<TopologyDelivery>(*changes).payload);
+  ASSERT_EQ(part->bodies.size(), 1u);
+  EXPECT_EQ(part->bodies[0].name, "body");
+  EXPECT_EQ(drain(*slow), "frame 6, ");
+  const auto late = hub.subscribe({.credits = 1}, [] {});
+  const auto all = late->poll();
+  EXPECT_EQ(word(all), "topology 5");
+  EXPECT_EQ(decode_topology_part(*std::get<TopologyDelivery>(*all).payload)->bodies.size(), 2u);
+}
+
+TEST(FrameHub, ATopologyThatIsTooLongComesInPartsBeforeItsFrame) {
+  FrameHub hub(steady_wall_clock(), 4);
+  const auto reader = hub.subscribe({.credits = 3}, [] {});
+  hub.publish(frame(1, topology(0, /*max_content=*/200)));
+  EXPECT_EQ(word(reader->poll()), "topology 0");
+  hub.append(events(1, 1));
+  hub.publish(frame(2, topology(1, 200)));
+  EXPECT_EQ(drain(*reader), "event 1, part 2 of 2, frame 1, topology 1 since 0, frame 2, ");
+  hub.publish(frame(3, topology(2, 200)));
+  EXPECT_EQ(word(reader->poll()), "topology 2 since 1");
+  hub.append(events(2, 9));  // falls off the log before the frame
+  EXPECT_EQ(drain(*reader), "gap 2-5, event 6, event 7, event 8, event 9, topology 2, part 2 of 2, frame 3, ");
 }
 
 TEST(FrameHub, AWorldThatBreaksAtEveryStepStillSendsFrames) {
@@ -119,7 +157,7 @@ TEST(FrameHub, ReadersOfOneFormatShareOneEncoding) {
   const auto of_a = payload(*a), of_b = payload(*b), of_other = payload(*other);
   EXPECT_EQ(of_a, of_b);  // the same bytes in memory
   EXPECT_NE(of_a.second, of_other.second);
-  EXPECT_EQ(decode_frame(*of_other.second)->step, 1u);
+  EXPECT_EQ(decode_frame(*of_other.second, topology(0)->reference())->step, 1u);
 }
 
 TEST(FrameHub, ValuesGoOnlyToThoseWhoWantThem) {
@@ -131,8 +169,9 @@ TEST(FrameHub, ValuesGoOnlyToThoseWhoWantThem) {
   hub.publish(frame(1, topology(0), /*values=*/true));
   plain->poll();
   values->poll();
-  EXPECT_TRUE(decode_frame(*std::get<FrameDelivery>(*plain->poll()).payload)->bodies[0].values.empty());
-  EXPECT_EQ(decode_frame(*std::get<FrameDelivery>(*values->poll()).payload)->bodies[0].values.size(), 3u);
+  const FrameReference reference = topology(0)->reference();
+  EXPECT_TRUE(decode_frame(*std::get<FrameDelivery>(*plain->poll()).payload, reference)->bodies[0].values.empty());
+  EXPECT_EQ(decode_frame(*std::get<FrameDelivery>(*values->poll()).payload, reference)->bodies[0].values.size(), 3u);
 }
 
 TEST(FrameHub, AFrameWithoutValuesDoesNotServeAReaderOfValues) {

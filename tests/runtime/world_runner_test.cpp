@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <stdexcept>
 
+#include "common/stream_decoder.h"
 #include "tests/runtime/awaited.h"
 #include "tests/runtime/fake_clock.h"
 #include "tests/runtime/small_scene.h"
+#include "tests/support/tearing_bars.h"
 
 namespace crumple::runtime {
 namespace {
@@ -181,7 +184,131 @@ TEST(WorldRunner, APausedWorldShowsItself) {
   const auto frame = reader.next_of<FrameDelivery>();
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->frame->frame().step, 0u);
-  EXPECT_EQ(decode_topology(*topology->payload)->bodies.size(), 2u);
+  EXPECT_EQ(decode_topology_part(*topology->payload)->bodies.size(), 2u);
+}
+
+// A reader's deliveries decoded: frames in the order of their coming, and what came of topologies.
+struct Follower {
+  test::BellReader reader;
+  StreamDecoder decoder;
+  std::vector<TopologyDelivery> topologies;
+
+  // The next frame as decoded; nothing if none comes.
+  std::optional<Frame> next_frame() {
+    while (const auto delivery = reader.next()) {
+      if (const auto* topology = std::get_if<TopologyDelivery>(&*delivery)) {
+        topologies.push_back(*topology);
+        const auto whole = decoder.take_topology(*topology->payload);
+        EXPECT_TRUE(whole) << whole.error().text();
+      } else if (const auto* frame = std::get_if<FrameDelivery>(&*delivery)) {
+        auto decoded = decoder.decode_frame(*frame->payload);
+        EXPECT_TRUE(decoded) << decoded.error().text();
+        if (decoded) return *std::move(decoded);
+        return {};
+      }
+    }
+    return {};
+  }
+};
+
+// Readers that skip at random see, of a world in which twelve bodies break, the positions of its own frame at that step, on its topology.
+TEST(WorldRunner, ReadersThatSkipAtRandomSeeTheWorldsOwnVertices) {
+  const auto scene = [] { return test::tearing_bars(12, 0.02); };
+  const auto runner = start({}, scene);
+  const auto world = *sim::World::create(scene());
+  std::vector<std::unique_ptr<Follower>> followers;
+  for (const Codec codec : {Codec::float32, Codec::quantised16})
+    for (const bool compress : {false, true})
+      followers.push_back(std::make_unique<Follower>(test::BellReader(runner->hub(), {.format = {codec, compress, false}})));
+  std::mt19937 random(7);
+  std::vector<int> skipped(followers.size(), 0);
+  struct Seen {
+    Topology topology;
+    Frame frame;
+  };
+  std::vector<Seen> history{{world->topology(), world->capture()}};  // by step
+  for (int round = 0; round < 60; ++round) {
+    const std::uint32_t steps = 1 + random() % 2;
+    const std::uint32_t epoch = world->topology().epoch;
+    ASSERT_TRUE(step(*runner, steps));
+    for (std::uint32_t k = 0; k < steps; ++k) {
+      world->step();
+      history.push_back({world->topology(), world->capture()});
+    }
+    for (std::size_t f = 0; f < followers.size(); ++f) {
+      if (random() % 3 != 0 && round < 59) {
+        skipped[f] += world->topology().epoch > epoch;
+        continue;
+      }
+      Follower& follower = *followers[f];
+      follower.reader.reader->grant(1);
+      const auto seen = follower.next_frame();
+      ASSERT_TRUE(seen);
+      const auto& [topology, here] = history.at(seen->step);  // of the last step, or of one before that another reader asked for
+      EXPECT_EQ(follower.decoder.topology().epoch, topology.epoch);
+      for (const BodyTopology& body : topology.bodies) {
+        const BodyTopology& drawn = follower.decoder.topology().bodies[body.id];
+        EXPECT_EQ(drawn.epoch, body.epoch);
+        EXPECT_EQ(drawn.triangles, body.triangles);
+        const auto &x = here.bodies[body.id].positions, &got = seen->bodies[body.id].positions;
+        ASSERT_EQ(got.size(), x.size());
+        for (std::size_t v = 0; v < x.size(); ++v) EXPECT_LT((got[v] - x[v]).norm(), 5e-5f);  // a step of a box of 2 m
+      }
+    }
+  }
+  EXPECT_GT(world->topology().epoch, 5u) << "the bars must break for this test to say anything";
+  for (std::size_t f = 0; f < followers.size(); ++f) {
+    EXPECT_GT(skipped[f], 0);
+    const auto& topologies = followers[f]->topologies;
+    EXPECT_LT(topologies.size(), world->topology().epoch + 1u);
+    for (std::size_t k = 0; k < topologies.size(); ++k) EXPECT_EQ(topologies[k].base.has_value(), k > 0);
+  }
+}
+
+TEST(WorldRunner, ABreakBesideALargeBodyCostsThatOfTheSmallOne) {
+  const auto runner = start({}, [] { return test::tearing_bars(1, 0, /*with_block=*/true); });
+  Follower follower{test::BellReader(runner->hub(), {.credits = 1})};
+  ASSERT_TRUE(follower.next_frame());
+  while (follower.topologies.size() < 2) {
+    ASSERT_TRUE(step(*runner, 1));
+    follower.reader.reader->grant(1);
+    ASSERT_TRUE(follower.next_frame());
+  }
+  const auto& bodies = follower.decoder.topology().bodies;
+  const std::size_t bar = 12 * (bodies[0].vertices.size() + bodies[0].triangles.size());
+  EXPECT_LT(follower.topologies[1].payload->size(), bar + 150);  // header, name, colour
+  EXPECT_GT(follower.topologies[0].payload->size(), 3 * bar);
+}
+
+TEST(WorldRunner, AWorldThatOutgrowsAMessageGoesOnInParts) {
+  const auto scene = [] { return test::tearing_bars(4, 0); };
+  const auto world = *sim::World::create(scene());
+  std::size_t limit = 0;  // as it begins it is one message
+  for (const BodyTopology& body : world->topology().bodies) limit += 12 * (body.vertices.size() + body.triangles.size()) + 200;
+  const auto runner = start({.max_content = limit}, scene);
+  Follower follower{test::BellReader(runner->hub(), {.credits = 1})};
+  ASSERT_TRUE(follower.next_frame());
+  ASSERT_EQ(follower.topologies.size(), 1u);
+  for (int k = 0; k < 30; ++k) {
+    ASSERT_TRUE(step(*runner, 1));
+    follower.reader.reader->grant(1);
+    ASSERT_TRUE(follower.next_frame());
+  }
+  ASSERT_GT(follower.topologies.size(), 1u);
+  Follower late{test::BellReader(runner->hub(), {.credits = 1})};
+  ASSERT_TRUE(late.next_frame());
+  EXPECT_GT(late.topologies.size(), 1u);
+  EXPECT_EQ(late.topologies.size(), late.topologies[0].parts);
+  EXPECT_EQ(late.decoder.topology().bodies.size(), 5u);
+}
+
+TEST(WorldRunner, AFrameThatOutgrowsAMessageEndsTheStreamWithTheReason) {
+  const auto runner = start({.max_content = 500}, [] { return test::tearing_bars(1); });
+  test::BellReader reader(runner->hub(), {.credits = 1});
+  const auto closed = reader.next_of<Closed>();
+  ASSERT_TRUE(closed);
+  EXPECT_EQ(closed->reason.code, ErrorCode::resource_exhausted);
+  EXPECT_NE(closed->reason.message.find("bar 0"), std::string::npos) << closed->reason.message;
 }
 
 TEST(WorldRunner, EndingRefusesWaitingOrdersAtOnce) {

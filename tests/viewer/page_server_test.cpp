@@ -1,7 +1,7 @@
 #include "client/viewer/page_server.h"
 
 #include "client/sdk/in_process_client.h"
-#include "common/frame_codec.h"
+#include "common/stream_decoder.h"
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core.hpp>
@@ -111,23 +111,25 @@ TEST_F(PageServerTest, APageGetsTopologyFrameAndStatus) {
   auto page = open_page();
   const Json status = Json::parse(next(page, "status"));
   EXPECT_EQ(status["world"], "test");
-  const auto topology = decode_topology(next(page, "binary"));
+  StreamDecoder decoder;
+  const auto topology = decoder.take_topology(next(page, "binary"));
   ASSERT_TRUE(topology) << topology.error().text();
-  ASSERT_EQ(topology->bodies.size(), 1u);
-  EXPECT_EQ(topology->bodies[0].name, "ball");
-  const auto frame = decode_frame(next(page, "binary"));
+  ASSERT_EQ(decoder.topology().bodies.size(), 1u);
+  EXPECT_EQ(decoder.topology().bodies[0].name, "ball");
+  const auto frame = decoder.decode_frame(next(page, "binary"));
   ASSERT_TRUE(frame) << frame.error().text();
   EXPECT_NEAR(frame->bodies[0].pose.p_WB.y(), 3, 1e-6);
 }
 
 TEST_F(PageServerTest, APageStepsAndPushes) {
   auto page = open_page();
-  next(page, "binary");  // topology
+  StreamDecoder decoder;
+  ASSERT_TRUE(decoder.take_topology(next(page, "binary")));
   next(page, "binary");  // frame of step 0
   send(page, {{"type", "push"}, {"body", 0}, {"point", {0, 3, 0}}, {"impulse", {1000, 0, 0}}});
   send(page, {{"type", "step"}, {"count", 10}});
   send(page, {{"type", "credit"}});
-  const auto frame = decode_frame(next(page, "binary"));
+  const auto frame = decoder.decode_frame(next(page, "binary"));
   ASSERT_TRUE(frame);
   EXPECT_GT(frame->step, 0u);
   EXPECT_GT(frame->bodies[0].pose.p_WB.x(), 0.001);
@@ -135,14 +137,15 @@ TEST_F(PageServerTest, APageStepsAndPushes) {
 
 TEST_F(PageServerTest, ABadRequestIsAnsweredAndTheStreamGoesOn) {
   auto page = open_page();
-  next(page, "binary");
+  StreamDecoder decoder;
+  ASSERT_TRUE(decoder.take_topology(next(page, "binary")));
   send(page, {{"type", "explode"}});
   EXPECT_NE(Json::parse(next(page, "error"))["message"].get<std::string>().find("type"), std::string::npos);
   send(page, {{"type", "push"}, {"body", 7}, {"point", {0, 0, 0}}, {"impulse", {1, 0, 0}}});
   EXPECT_NE(Json::parse(next(page, "error"))["message"].get<std::string>().find("body is 7"), std::string::npos);
   send(page, {{"type", "step"}, {"count", 1}});
   send(page, {{"type", "credit"}});
-  EXPECT_TRUE(decode_frame(next(page, "binary")));
+  EXPECT_TRUE(decoder.decode_frame(next(page, "binary")));
 }
 
 TEST_F(PageServerTest, APageOfAnotherOriginIsRefused) {
@@ -162,7 +165,7 @@ TEST_F(PageServerTest, APageThatVanishesCostsNothing) {
     beast::get_lowest_layer(page).close();
   }
   auto page = open_page();
-  EXPECT_TRUE(decode_topology(next(page, "binary")));
+  EXPECT_TRUE(StreamDecoder().take_topology(next(page, "binary")));
 }
 
 }  // namespace

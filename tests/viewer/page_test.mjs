@@ -1,6 +1,8 @@
 // usage: page_test.mjs BIN ROOT    Exit 0: passed; 77: no browser or no built page; 1: failed.
 // Starts crumple-server and crumple-viewer on free ports with the scene of three barrels, loads the page in headless
-// Chromium, and claims: pixels stay while the world is paused, a click pushes a body, and pixels change while it runs.
+// Chromium, and claims: pixels stay while the world is paused, a click pushes a body, and pixels change while it runs. Then with the
+// scene of the pane: when it breaks, the page makes it anew and nothing else, and goes on drawing.
+import { execFileSync } from 'node:child_process';
 import { Programs, launch, missing } from '../../client/viewer/browse.mjs';
 
 const [bin, root] = process.argv.slice(2);
@@ -93,9 +95,53 @@ async function run() {
   }
 }
 
+async function breaks() {
+  const server = await programs.start('crumple-server', ['--listen', '127.0.0.1:0', '--scenes', `${root}/deploy/scenes`], /127\.0\.0\.1:\d+/);
+  const crumple = (...words) => execFileSync(`${bin}/crumple`, ['--server', server, '--timeout', '600', ...words]).toString();
+  const world = crumple('create', `${root}/deploy/scenes/pane.json`).match(/\d+/)[0];
+  const page = await programs.start('crumple-viewer', ['--server', server, '--world', world, '--port', '0'], /http:\/\/\S+/);
+  const browser = await launch(root);
+  try {
+    const tab = await browser.newPage();
+    await tab.setViewport({ width: 900, height: 640 });
+    const errors = [];
+    tab.on('pageerror', (error) => errors.push(error.message));
+    await tab.goto(page, { waitUntil: 'domcontentloaded', timeout: 60000 });
+    const shown = (step) => tab.waitForFunction((wanted) => Number(document.getElementById('timing').textContent.match(/step\s+(\d+)/)?.[1] ?? -1) >= wanted,
+      { timeout: 60000, polling: 100 }, step);
+    const drawn = () => tab.evaluate(() => ({ epoch: window.crumple.stage.epoch, bodies: window.crumple.stage.bodies.map((body) => ({
+      name: body.name, mesh: body.mesh.uuid, vertices: body.mesh.geometry.attributes.position.count,
+      highest: body.mesh.geometry.index.array.reduce((a, b) => Math.max(a, b), -1) })) }));
+    await shown(0);
+    const whole = await drawn();
+    claim(whole.epoch === 0, 'the page begins with the whole pane');
+    let broken = whole, step = 0;
+    while (broken.epoch === 0 && step < 40) {
+      crumple('step', world, '1');
+      await shown(++step);
+      broken = await drawn();
+    }
+    claim(broken.epoch > 0, `the pane breaks (step ${step})`);
+    crumple('step', world, '20');  // more breaks, of which the page sees the last state alone
+    await shown(step + 20);
+    const later = await drawn();
+    claim(later.epoch > broken.epoch, 'it breaks again');
+    for (const [b, body] of whole.bodies.entries()) {
+      const same = later.bodies[b].mesh === body.mesh;
+      if (same !== (body.name !== 'pane')) throw new Error(`not so: ${body.name} is ${same ? 'as it was' : 'made anew'}`);
+    }
+    console.log('ok: the pane is made anew and nothing else');
+    claim(later.bodies.every((body) => body.highest < body.vertices), 'triangles name vertices that are there');
+    claim(errors.length === 0, `the page raised no error ${errors.join('; ')}`);
+  } finally {
+    await browser.close();
+  }
+}
+
 let failed = false;
 try {
   await run();
+  await breaks();
 } catch (error) {
   failed = true;
   console.log(error.stack ?? String(error));

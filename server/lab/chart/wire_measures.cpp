@@ -1,3 +1,4 @@
+#include "common/stream_decoder.h"
 #include "server/lab/benchmark_scenes.h"
 #include "server/lab/chart/measures.h"
 #include "server/lab/chart/motion.h"
@@ -25,12 +26,17 @@ Measure wire() {
             if (!scene) return std::unexpected(scene.error());
             auto made = sim::World::create(*scene, {});
             if (!made) return std::unexpected(made.error());
+            const FrameReference reference = FrameReference::of_sender((*made)->topology());
+            StreamDecoder reader;
+            for (const std::string& message : encode((*made)->topology(), std::nullopt, setup.codec, setup.compress)) {
+              if (auto taken = reader.take_topology(message); !taken) return std::unexpected(taken.error());
+            }
             for (int k = 0; k < kSteps; ++k) (*made)->step();
             // What is drawn are the surface's nodes: each frame position is some node's, exact to float.
             const Frame frame = (*made)->capture();
             const double from = now_seconds();
-            const std::string bytes = encode(frame, setup.codec, setup.compress);
-            auto back = decode_frame(bytes);
+            const std::string bytes = encode(frame, reference, setup.codec, setup.compress);
+            auto back = reader.decode_frame(bytes);
             const double seconds = kFrames * (now_seconds() - from);
             if (!back) return std::unexpected(back.error());
             const std::vector<Vec3f>& sent = frame.bodies[0].positions;

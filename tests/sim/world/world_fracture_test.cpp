@@ -54,6 +54,20 @@ TEST(WorldFracture, BreakingRaisesTheEpochAndTellsItInOrderWithoutGaps) {
   EXPECT_GT(world->topology().bodies[0].vertices.size(), vertices);
 }
 
+TEST(WorldFracture, ABodysEpochIsThatOfTheLastChangeOfWhatIsDrawnOfIt) {
+  auto world = make_world(shot_at_pane());
+  std::uint32_t since = 0;
+  for (int k = 0; k < 20; ++k) {
+    const std::vector<Triangle> before = world->topology().bodies[0].triangles;
+    world->step();
+    const Topology& now = world->topology();
+    if (now.bodies[0].triangles != before) since = now.epoch;
+    EXPECT_EQ(now.bodies[0].epoch, since);
+    EXPECT_EQ(now.bodies[1].epoch, 0u);  // the ball is whole
+  }
+  EXPECT_GT(since, 0u);
+}
+
 // A pane that is held at its rim stops a ball; one that breaks lets it through (STABILITY 23, ANCHORS: the fault of engines
 // that solve contact against the mesh from before it broke).
 TEST(WorldFracture, ABallKeepsMostOfItsSpeedThroughAPaneThatBreaksUnderIt) {

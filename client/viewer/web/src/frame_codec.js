@@ -1,7 +1,8 @@
-// Topologies and frames from the bytes of common/frame_codec.h, version 1, not compressed. The table there is the
+// Topologies and frames from the bytes of common/frame_codec.h, version 2, not compressed. The table there is the
 // reference; `Reader` follows its field types.
 const MODELS = ['rigid', 'fixed', 'fem', 'example_based'];
 const HEADER = 16;
+const NO_BASE = 0xffffffff;
 
 class Reader {
   constructor(buffer) {
@@ -48,13 +49,14 @@ export function decode(buffer) {
   const kind = reader.u8();
   const quantised = reader.u8() === 0;
   const compressed = reader.u8() !== 0;
-  if (magic !== 'CRFC' || version !== 1 || compressed) throw new Error(`cannot read ${magic} version ${version}`);
+  if (magic !== 'CRFC' || version !== 2 || compressed) throw new Error(`cannot read ${magic} version ${version}`);
   reader.at = HEADER;
   return kind === 1 ? topology(reader, quantised) : frame(reader, quantised);
 }
 
 function topology(reader, quantised) {
-  const result = { kind: 'topology', epoch: reader.u32(), bodies: [] };
+  const result = { kind: 'topology', epoch: reader.u32(), base: reader.u32(), part: reader.u32(), parts: reader.u32(), bodies: [] };
+  if (result.base === NO_BASE) result.base = null;
   const count = reader.u32();
   for (let i = 0; i < count; ++i) {
     const body = { id: reader.u32(), model: MODELS[reader.u8()], deformable: reader.u8() !== 0 };
@@ -63,6 +65,7 @@ function topology(reader, quantised) {
     body.opacity = reader.f32();
     const vertices = reader.u32();
     const triangles = reader.u32();
+    body.epoch = reader.u32();
     body.name = reader.text();
     body.channels = Array.from({ length: channels }, () => reader.text());
     body.vertices = reader.positions(vertices, quantised) ?? new Float32Array(0);

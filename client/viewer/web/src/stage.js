@@ -56,16 +56,30 @@ export class Stage {
     this.camera.updateProjectionMatrix();
   }
 
-  // topology: {epoch, bodies: [{id, name, model, deformable, vertices, triangles, colour, opacity}]}
+  // topology: {epoch, base, part, parts, bodies: [{id, name, model, deformable, vertices, triangles, colour, opacity}]}
+  // Without base the bodies are all there are, else those that changed since that epoch. Only after its last part is the epoch
+  // that of the topology: until then, and after a topology that builds on one that is not here, no frame is drawn.
   setTopology(topology) {
-    for (const body of this.bodies) {
-      this.scene.remove(body.mesh);
-      body.mesh.geometry.dispose();
-      body.mesh.material.dispose();
+    const follows = topology.part === 0 ? topology.base === null || topology.base === this.epoch : topology.part === this.nextPart;
+    this.epoch = null;
+    this.nextPart = follows ? topology.part + 1 : null;
+    if (!follows) return;
+    if (topology.base === null && topology.part === 0) {
+      this.bodies.forEach((body) => this.removeBody(body));
+      this.bodies = [];
     }
-    this.epoch = topology.epoch;
+    for (const body of topology.bodies) {
+      if (this.bodies[body.id]) this.removeBody(this.bodies[body.id]);
+      this.bodies[body.id] = this.makeBody(body);
+    }
+    if (topology.part + 1 === topology.parts) this.epoch = topology.epoch;
     this.changed = true;
-    this.bodies = topology.bodies.map((body) => this.makeBody(body));
+  }
+
+  removeBody(body) {
+    this.scene.remove(body.mesh);
+    body.mesh.geometry.dispose();
+    body.mesh.material.dispose();
   }
 
   makeBody(body) {
