@@ -10,9 +10,12 @@ using linear_solver::SolverKind;
 
 namespace {
 
-constexpr int kMultigridBlocks = 60;        // blocks of unknowns to a piece or rigid body, and
-constexpr double kMultigridStiffness = 20;  // diagonal of A to mass, from which on a cycle pays for its set-up
-constexpr double kModesStiffness = 20;      // likewise, rigid modes for theirs
+// Multigrid pays where there is a piece of so many nodes, so many blocks of unknowns to a piece or rigid body (tiny ones turn
+// without its coarse levels seeing it), and so much diagonal of A to mass. Measured over five seeds of each shipped scene: docs/lab.md.
+constexpr int kMultigridPiece = 250;
+constexpr int kMultigridBlocks = 90;
+constexpr double kMultigridStiffness = 200;
+constexpr double kModesStiffness = 20;  // rigid modes for their set-up
 
 // Whether momentum leaves the island through the row.
 bool is_anchored(const contact::ContactRow& row) {
@@ -104,24 +107,28 @@ void IslandSystem::append_to(std::vector<Eigen::Triplet<double>>& entries) const
   }
 }
 
-// Where pieces are large and their stiffness outweighs their mass, multigrid: block-Jacobi needs many iterations there. Where
-// they are small, what those iterations go into is the motion of pieces as a whole. Soft and light ones are block-Jacobi's.
+// Where a large piece is stiff, multigrid: block-Jacobi needs many iterations there. Where pieces are small, what those iterations
+// go into is the motion of pieces as a whole. Soft and light ones are block-Jacobi's.
 SolverKind IslandSystem::choose(SolverKind wanted) const {
   const bool has_levels = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].hierarchy != nullptr; });
   const bool has_places = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].x != nullptr; });
   if (wanted == SolverKind::multigrid) return has_levels ? wanted : SolverKind::jacobi;
   if (wanted == SolverKind::rigid_modes) return has_places ? wanted : SolverKind::jacobi;
   if (wanted != SolverKind::automatic || island_.soft.empty()) return SolverKind::jacobi;
+  int largest = 0;
   double pieces = static_cast<double>(island_.rigid.size()), diagonal = 0, mass = 0;
   for (const int body : island_.soft) {
     const fem::StepSystem& s = *bodies_[body].system;
     pieces += s.piece_count;
+    std::vector<int> size(s.piece_count, 0);
     for (int i = 0; i < s.node_count(); ++i) {
+      largest = std::max(largest, ++size[s.piece[i]]);
       diagonal += s.diagonal()[i].trace();
       mass += 3 * s.row_mass[i];
     }
   }
-  if (has_levels && blocks_ >= kMultigridBlocks * pieces && diagonal >= kMultigridStiffness * mass) return SolverKind::multigrid;
+  if (has_levels && largest >= kMultigridPiece && blocks_ >= kMultigridBlocks * pieces && diagonal >= kMultigridStiffness * mass)
+    return SolverKind::multigrid;
   return has_places && diagonal >= kModesStiffness * mass ? SolverKind::rigid_modes : SolverKind::jacobi;
 }
 

@@ -8,7 +8,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kMostDense = 16;        // pieces and rigid bodies: E is a dense matrix up to here
 constexpr double kLeastInertia = 1e-8;  // of the mean: pieces whose nodes lie on a line
 
 // C of C w = w x r.
@@ -95,7 +94,7 @@ void RigidModes::add_rows(const contact::ContactRows& rows) {
     const Mat3& D = rows.coefficients()[row];
     for (int k = 0; k < 2; ++k)
       if (side[k] >= 0) diagonal_[side[k]] += W[k].transpose() * D * W[k];
-    if (side[1] < 0) continue;
+    if (side[1] < 0 || !is_coupled()) continue;
     const int a = side[0] > side[1] ? 0 : 1, b = 1 - a;
     const Mat6 E = W[a].transpose() * D * W[b];
     // Rows of a pair follow each other.
@@ -105,48 +104,49 @@ void RigidModes::add_rows(const contact::ContactRows& rows) {
 }
 
 void RigidModes::factor(const contact::ContactRows& rows) {
-  ready_ = false;
-  if (count() == 0) return;
   add_rows(rows);
-  if (count() <= kMostDense) {
+  f_.resize(6 * count());
+  v_.resize(6 * count());
+  if (is_coupled()) {
     Eigen::MatrixXd E = Eigen::MatrixXd::Zero(6 * count(), 6 * count());
     for (int k = 0; k < count(); ++k) E.block<6, 6>(6 * k, 6 * k) = diagonal_[k];
     for (const Coupling& c : couplings_) E.block<6, 6>(6 * c.a, 6 * c.b) += c.E;
-    dense_.compute(E);  // the lower triangle
-    ready_ = dense_.info() == Eigen::Success && E.allFinite();
+    coupled_.compute(E);  // the lower triangle
     return;
   }
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(36 * (diagonal_.size() + couplings_.size()));
-  const auto add = [&](int a, int b, const Mat6& E) {
-    for (int j = 0; j < 6; ++j)
-      for (int i = 0; i < 6; ++i) entries.emplace_back(6 * a + i, 6 * b + j, E(i, j));
-  };
-  for (int k = 0; k < count(); ++k) add(k, k, diagonal_[k]);
-  for (const Coupling& c : couplings_) add(c.a, c.b, c.E);
-  Eigen::SparseMatrix<double> E(6 * count(), 6 * count());
-  E.setFromTriplets(entries.begin(), entries.end());
-  ready_ = sparse_.factor(E);
+  inverse_.resize(count());
+  for (int k = 0; k < count(); ++k) {
+    const Eigen::LLT<Mat6> factor(diagonal_[k]);
+    inverse_[k].setZero();
+    if (factor.info() == Eigen::Success) inverse_[k] = factor.solve(Mat6::Identity());
+    else if (k >= pieces_) inverse_[k].setIdentity();  // as block-Jacobi has it
+    inverse_[k] = (0.5 * (inverse_[k] + inverse_[k].transpose())).eval();
+  }
 }
 
-void RigidModes::add_to(const VectorXd& r, VectorXd& z) const {
-  if (!ready_) return;
-  VectorXd f = VectorXd::Zero(6 * count());
+void RigidModes::add_to(const VectorXd& r, VectorXd& z) {
+  if (is_coupled() && coupled_.info() != Eigen::Success) return;
+  f_.setZero();
   for (int i = 0; i < soft_blocks_; ++i) {
     if (body_[i] < 0) continue;
     const Vec3 f_i = r.segment<3>(3 * i);
-    f.segment<3>(6 * body_[i]) += f_i;
-    f.segment<3>(6 * body_[i] + 3) += arm_[i].cross(f_i);
+    f_.segment<3>(6 * body_[i]) += f_i;
+    f_.segment<3>(6 * body_[i] + 3) += arm_[i].cross(f_i);
   }
   const Eigen::Index rigid = 6 * (count() - pieces_);
-  f.tail(rigid) = r.tail(rigid);
-  const VectorXd v = count() <= kMostDense ? VectorXd(dense_.solve(f)) : sparse_.solve(f);
+  f_.tail(rigid) = r.tail(rigid);
+  if (is_coupled()) {
+    v_ = f_;
+    coupled_.solveInPlace(v_);
+  } else {
+    for (int k = 0; k < count(); ++k) v_.segment<6>(6 * k).noalias() = inverse_[k] * f_.segment<6>(6 * k);
+  }
   for (int i = 0; i < soft_blocks_; ++i) {
     if (body_[i] < 0) continue;
-    const auto v_i = v.segment<6>(6 * body_[i]);
+    const auto v_i = v_.segment<6>(6 * body_[i]);
     z.segment<3>(3 * i) += Vec3(v_i.head<3>()) + Vec3(v_i.tail<3>()).cross(arm_[i]);
   }
-  z.tail(rigid) += v.tail(rigid);
+  z.tail(rigid) = v_.tail(rigid);
 }
 
 }  // namespace crumple::sim::islands

@@ -2,7 +2,6 @@
 
 #include "server/sim/contact/contact_rows.h"
 #include "server/sim/fem/assembly.h"
-#include "server/sim/linear_solver/cholesky.h"
 #include "server/sim/linear_solver/conjugate_gradient.h"
 
 #include <Eigen/Cholesky>
@@ -19,19 +18,23 @@ struct ModesPart {
   int first_block = 0;
 };
 
-// The coarse part of a two-level preconditioner: z += P E^-1 P^T r, E = P^T (A + W^T D W) P. The columns of P are the rigid motions
-// of each connected piece of a soft body that has no prescribed node, and the unknowns of rigid bodies. Block-Jacobi alone takes
-// as many iterations to move a stiff piece as a whole as it takes to carry a wave through it and back; what it is left
-// with beside P is what deforms, and what contact does inside of pieces.
+// The coarse part of a two-level preconditioner: z = D^-1 r + P E^-1 P^T r, D the block diagonal, E = P^T (A + W^T D W) P. The
+// columns of P are the rigid motions of each connected piece of a soft body that has no prescribed node, and the unknowns of rigid
+// bodies, for which D^-1 is left out. Block-Jacobi alone takes as many iterations to move a stiff piece as a whole as it takes
+// to carry a wave through it and back; what it is left with beside P is what deforms, and what contact does inside of pieces.
+// Up to kMostCoupled pieces and rigid bodies E is whole, so that what rests on each other is solved together. Of more only its
+// 6x6 diagonal blocks are kept: a factor of a heap would cost more than the iterations it saves.
 class RigidModes {
  public:
   // parts: in the order of their blocks, which they fill without gaps. rigid: two diagonal blocks a rigid body, after the
   // parts'. multiply: by A, the island's matrix without rows; called three times.
   RigidModes(std::span<const ModesPart> parts, std::span<const Mat3> rigid, const linear_solver::LinearMap& multiply);
 
-  // E with the rows as they stand. Where E is not positive definite add_to does nothing.
+  static constexpr int kMostCoupled = 24;
+
+  // E with the rows as they stand. What of E is not positive definite is left out.
   void factor(const contact::ContactRows& rows);
-  void add_to(const Eigen::VectorXd& r, Eigen::VectorXd& z) const;  // 3 a block
+  void add_to(const Eigen::VectorXd& r, Eigen::VectorXd& z);  // z is D^-1 r before; 3 a block
 
   int count() const { return static_cast<int>(own_.size()); }  // pieces and rigid bodies
 
@@ -44,6 +47,7 @@ class RigidModes {
     Mat6 E;
   };
   int body_of(int block) const { return block < soft_blocks_ ? body_[block] : pieces_ + (block - soft_blocks_) / 2; }
+  bool is_coupled() const { return count() <= kMostCoupled; }
   void add_rows(const contact::ContactRows& rows);
 
   int soft_blocks_ = 0, pieces_ = 0;
@@ -52,9 +56,9 @@ class RigidModes {
   std::vector<Mat6> own_;     // E's diagonal blocks without rows; pieces, then rigid bodies
   std::vector<Mat6> diagonal_;
   std::vector<Coupling> couplings_;
-  bool ready_ = false;
-  Eigen::LLT<Eigen::MatrixXd> dense_;
-  linear_solver::Cholesky sparse_;
+  Eigen::LLT<Eigen::MatrixXd> coupled_;
+  std::vector<Mat6> inverse_;   // of diagonal blocks, where not coupled
+  Eigen::VectorXd f_, v_;       // scratch
 };
 
 }  // namespace crumple::sim::islands
