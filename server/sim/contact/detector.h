@@ -1,0 +1,102 @@
+#pragma once
+
+#include "server/sim/contact/detect.h"
+#include "server/sim/contact/sweep_and_prune.h"
+#include "server/sim/contact/tet_overlap.h"
+
+#include <limits>
+#include <span>
+#include <vector>
+
+// Private to detect*.cpp: one call of detect(), from boxes to rows.
+namespace crumple::sim::contact {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// A body moved to where contact is looked for.
+struct PlacedBody {
+  std::vector<Vec3> x;  // [m]
+  std::vector<Vec3> v;  // with which it got there [m/s]
+};
+
+// A component of a body: what the broad phase handles.
+struct Unit {
+  int body;
+  const CollisionComponent* component;
+  Box3 box;
+  double mass;                   // infinite if immovable
+  std::vector<Box3> tet_boxes;   // of its boundary tets, if it is near another unit or meets itself
+  Vec3 move = Vec3::Zero();      // mean displacement in the step [m]
+  double diagonal = 0;           // of its box at the end of the step [m]
+  bool fast = false;             // boxes then hold the whole way from the start of the step
+};
+
+// What overlaps, by what is known of its direction.
+struct FoundRows {
+  std::vector<ContactRow> surface;
+  // Pairs of tets without a face of the surface in their overlap say nothing about the direction. They count only where
+  // there is nothing better, when two bodies have gone deep into each other; beside a resting contact they would push
+  // sideways.
+  std::vector<ContactRow> buried;
+};
+
+struct TetOfUnit {
+  const Unit& unit;
+  const CollisionTet& tet;
+  const OrientedTet& shape;
+};
+
+// What of two units carries their rows: reduced mass and smaller volume.
+struct Share {
+  double mass, volume;  // [kg], [m^3]
+};
+
+struct Detector {
+  const DetectionInput& in;
+  std::vector<PlacedBody> placed;
+  std::vector<Unit> units;
+
+  const CollisionTet& tet(const Unit& unit, int k) const { return in.bodies[unit.body].mesh->tets[k]; }
+  // Whether the solve alone moves the unit's body.
+  bool in_solve(const Unit& unit) const { return !in.bodies[unit.body].rigid || is_fragment(unit.body); }
+  bool is_fragment(int body) const {
+    return body < static_cast<int>(in.bodies.size()) && in.bodies[body].rigid && in.bodies[body].rigid->in_solve;
+  }
+  Mat34 nodes(const Unit& unit, const CollisionTet& t) const {
+    const std::vector<Vec3>& x = placed[unit.body].x;
+    Mat34 X;
+    X << x[t.nodes[0]], x[t.nodes[1]], x[t.nodes[2]], x[t.nodes[3]];
+    return X;
+  }
+  // Part s of the step's way from the start.
+  Mat34 nodes_at(const Unit& unit, const CollisionTet& t, double s) const {
+    if (s == 1) return nodes(unit, t);
+    return (1 - s) * at_start(unit, t) + s * nodes(unit, t);
+  }
+
+  void place(int body);
+  void add_units(int body);
+  bool may_meet(const Unit& a, const Unit& b) const;
+  void fill_tet_boxes(Unit& unit) const;
+  int samples(const Unit& a, const Unit& b) const;
+  void meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
+  void meet_at(double s, const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
+  void meet_tets(double s, const TetOfUnit& a, const TetOfUnit& b, const Share& share, FoundRows& found) const;
+  const SelfContact* self(const Unit& unit) const;
+  void meet_itself(const Unit& unit, const ThreadPool& pool, std::vector<ContactRow>& rows) const;
+  void meet_patches(const Unit& unit, const SurfacePatch& a, const SurfacePatch& b, FoundRows& found) const;
+  void meet_plane(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
+  void meet_plane_raw(const Unit& unit, int plane, std::vector<ContactRow>& rows) const;
+  ContactRow plane_row(const Unit& unit, int plane, const Vec3& point, double area, double volume) const;
+  void set_friction(ContactRow& row, double a, double b) const;
+  Vec3 add_side(ContactRow& row, int side, double s, const Unit& unit, const CollisionTet& t, const Eigen::Vector4d& b) const;
+  void set_rigid(ContactRow& row, int side, double s, const RigidMotion& rigid) const;
+  void finish(ContactRow& row, const Vec3& u, double s, double depth, double mass, double volume) const;
+  Mat34 at_start(const Unit& unit, const CollisionTet& t) const;
+  void turn_back(ContactRow& row, const Vec3& u, const Mat34& a, const Mat34& b) const;
+};
+
+// The rows of one pair of components share its reduced mass by area. The first one is marked for the numbering of pairs.
+void share_mass(double mass, std::span<ContactRow> rows);
+
+}  // namespace crumple::sim::contact
