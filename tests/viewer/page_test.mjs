@@ -17,16 +17,21 @@ const claim = (holds, what) => {
   console.log(`ok: ${what}`);
 };
 
+async function visit(browser, page) {
+  const tab = await browser.newPage();
+  await tab.setViewport({ width: 900, height: 640 });
+  const errors = [];
+  tab.on('pageerror', (error) => errors.push(error.message));
+  await tab.goto(page, { waitUntil: 'domcontentloaded', timeout: 60000 });
+  return { tab, errors };
+}
+
 async function run() {
   const server = await programs.start('crumple-server', ['--listen', '127.0.0.1:0', '--scenes', `${root}/deploy/scenes`], /127\.0\.0\.1:\d+/);
   const page = await programs.start('crumple-viewer', ['--server', server, '--scene', 'barrels.json', '--port', '0'], /http:\/\/\S+/);
   const browser = await launch(root);
   try {
-    const tab = await browser.newPage();
-    await tab.setViewport({ width: 900, height: 640 });
-    const errors = [];
-    tab.on('pageerror', (error) => errors.push(error.message));
-    await tab.goto(page, { waitUntil: 'domcontentloaded', timeout: 60000 });
+    const { tab, errors } = await visit(browser, page);
     const until = (what, condition, ...args) => tab.waitForFunction(condition, { timeout: 60000, polling: 100 }, ...args)
       .then(() => console.log(`ok: ${what}`));
     // What a person sees, beside the texts at the edges.
@@ -102,11 +107,7 @@ async function breaks() {
   const page = await programs.start('crumple-viewer', ['--server', server, '--world', world, '--port', '0'], /http:\/\/\S+/);
   const browser = await launch(root);
   try {
-    const tab = await browser.newPage();
-    await tab.setViewport({ width: 900, height: 640 });
-    const errors = [];
-    tab.on('pageerror', (error) => errors.push(error.message));
-    await tab.goto(page, { waitUntil: 'domcontentloaded', timeout: 60000 });
+    const { tab, errors } = await visit(browser, page);
     const shown = (step) => tab.waitForFunction((wanted) => Number(document.getElementById('timing').textContent.match(/step\s+(\d+)/)?.[1] ?? -1) >= wanted,
       { timeout: 60000, polling: 100 }, step);
     const drawn = () => tab.evaluate(() => ({ epoch: window.crumple.stage.epoch, bodies: window.crumple.stage.bodies.map((body) => ({
