@@ -1,5 +1,7 @@
 #include "server/sim/contact/contact_rows.h"
 
+#include "server/sim/cross_matrix.h"
+
 #include <algorithm>
 #include <cassert>
 
@@ -7,12 +9,6 @@ namespace crumple::sim::contact {
 namespace {
 
 constexpr int kRowChunk = 256;  // rows or blocks a task
-
-Mat3 cross_matrix(const Vec3& a) {
-  Mat3 A;
-  A << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return A;
-}
 
 }  // namespace
 

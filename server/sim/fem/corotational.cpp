@@ -1,21 +1,13 @@
 #include "server/sim/fem/corotational.h"
 
+#include "server/sim/cross_matrix.h"
+
 #include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
 
 namespace crumple::sim::fem {
-
-namespace {
-
-Mat3 cross_matrix(const Vec3& w) {
-  Mat3 W;
-  W << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
-  return W;
-}
-
-}  // namespace
 
 Lame lame_constants(double young, double poisson) {
   return {young * poisson / ((1 + poisson) * (1 - 2 * poisson)), young / (2 * (1 + poisson))};

@@ -14,6 +14,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 namespace crumple::sim::islands {
 namespace {
@@ -60,9 +61,8 @@ class Preconditioner {
       multigrid_.emplace(parts_, system_.rigid_diagonal(), rows, pool_);
       return;
     }
-    std::vector<Mat3> diagonal = system_.diagonal();
-    rows.add_to_diagonal(diagonal);
-    jacobi_.assign(diagonal);
+    jacobi_.assign(system_.diagonal());
+    rows.add_to_diagonal(jacobi_.blocks());
     jacobi_.invert(pool_);
     if (modes_) modes_->factor(rows);
   }
@@ -194,9 +194,11 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
   system.start_from(x);
   std::vector<Vec3> u(rows.size());
   Preconditioner preconditioner(system, options.solver, pool);
+  const bool by_weight = std::ranges::any_of(island.rows, [](const ContactRow& row) { return row.weight_speed > 0; });
+  const double mass = by_weight ? system.mass() : 0;
   for (bool differs = true; differs && solution.passes < options.passes;) {
     ++solution.passes;
-    contact::set_weight_friction(system.mass(), u_start, island.rows);
+    if (by_weight) contact::set_weight_friction(mass, u_start, island.rows);
     rows.refresh();
     const linear_solver::SolveReport report = solve_pass(system, rows, b, options, preconditioner, workspace, x, pool);
     solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};

@@ -110,11 +110,12 @@ void IslandSystem::append_to(std::vector<Eigen::Triplet<double>>& entries) const
 // Where a large piece is stiff, multigrid: block-Jacobi needs many iterations there. Where pieces are small, what those iterations
 // go into is the motion of pieces as a whole. Soft and light ones are block-Jacobi's.
 SolverKind IslandSystem::choose(SolverKind wanted) const {
+  if (wanted == SolverKind::jacobi || wanted == SolverKind::direct) return wanted;
   const bool has_levels = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].hierarchy != nullptr; });
   const bool has_places = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].x != nullptr; });
   if (wanted == SolverKind::multigrid) return has_levels ? wanted : SolverKind::jacobi;
   if (wanted == SolverKind::rigid_modes) return has_places ? wanted : SolverKind::jacobi;
-  if (wanted != SolverKind::automatic || island_.soft.empty()) return SolverKind::jacobi;
+  if (island_.soft.empty()) return SolverKind::jacobi;
   int largest = 0;
   double pieces = static_cast<double>(island_.rigid.size()), diagonal = 0, mass = 0;
   for (const int body : island_.soft) {
@@ -164,17 +165,13 @@ bool IslandSystem::anything_fixed() const {
 
 void IslandSystem::remove_net_momentum_error(VectorXd& x, const VectorXd& b) const {
   Vec3 missing = Vec3::Zero();
-  double mass = 0;
-  const auto balance = [&](int block, double m) {
-    missing += b.segment<3>(3 * block) - m * x.segment<3>(3 * block);
-    mass += m;
-  };
+  const auto balance = [&](int block, double m) { missing += b.segment<3>(3 * block) - m * x.segment<3>(3 * block); };
   for (const int body : island_.soft) {
     const std::vector<double>& m = bodies_[body].system->row_mass;
     for (int i = 0; i < static_cast<int>(m.size()); ++i) balance(first_block_[body] + i, m[i]);
   }
   for (const int body : island_.rigid) balance(first_block_[body], bodies_[body].rigid->mass);
-  const Vec3 dv = missing / mass;
+  const Vec3 dv = missing / mass();
   for (const int body : island_.soft)
     for (int i = 0; i < bodies_[body].system->node_count(); ++i) x.segment<3>(3 * (first_block_[body] + i)) += dv;
   for (const int body : island_.rigid) x.segment<3>(3 * first_block_[body]) += dv;

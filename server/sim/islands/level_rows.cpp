@@ -1,5 +1,7 @@
 #include "server/sim/islands/level_rows.h"
 
+#include "server/sim/cross_matrix.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -102,10 +104,7 @@ Lanes LevelRows::scatter(int block, int& cursor) const {
 // B of u += B x: weight I, or the cross product with the arm from the right.
 Mat3 LevelRows::coefficient(const Entry& e) const {
   if (e.weight != 0) return e.weight * Mat3::Identity();
-  const double x = e.arm[0], y = e.arm[1], z = e.arm[2];
-  Mat3 B;
-  B << 0, z, -y, -z, 0, x, y, -x, 0;
-  return B;
+  return -cross_matrix(Vec3(e.arm[0], e.arm[1], e.arm[2]));
 }
 
 void LevelRows::add_bound(double scale, std::span<Mat3> diagonal) const {

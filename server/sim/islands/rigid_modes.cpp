@@ -1,6 +1,6 @@
 #include "server/sim/islands/rigid_modes.h"
 
-#include <algorithm>
+#include "server/sim/cross_matrix.h"
 
 namespace crumple::sim::islands {
 
@@ -9,13 +9,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double kLeastInertia = 1e-8;  // of the mean: pieces whose nodes lie on a line
-
-// C of C w = w x r.
-Mat3 turned(const Vec3& r) {
-  Mat3 C;
-  C << 0, r.z(), -r.y(), -r.z(), 0, r.x(), r.y(), -r.x(), 0;
-  return C;
-}
 
 }  // namespace
 
@@ -84,11 +77,11 @@ void RigidModes::add_rows(const contact::ContactRows& rows) {
       side[k] = body;
       if (entry.block < soft_blocks_) {
         W[k].leftCols<3>() += entry.weight * Mat3::Identity();
-        W[k].rightCols<3>() += entry.weight * turned(arm_[entry.block]);
+        W[k].rightCols<3>() -= entry.weight * cross_matrix(arm_[entry.block]);  // w x r = -[r] w
       } else if (entry.weight != 0) {
         W[k].leftCols<3>() += entry.weight * Mat3::Identity();
       } else {
-        W[k].rightCols<3>() += turned(entry.arm);
+        W[k].rightCols<3>() -= cross_matrix(entry.arm);
       }
     }
     const Mat3& D = rows.coefficients()[row];

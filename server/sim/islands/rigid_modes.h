@@ -39,7 +39,6 @@ class RigidModes {
   int count() const { return static_cast<int>(own_.size()); }  // pieces and rigid bodies
 
  private:
-  using Vec6 = Eigen::Matrix<double, 6, 1>;
   using Mat6 = Eigen::Matrix<double, 6, 6>;
   using Mat36 = Eigen::Matrix<double, 3, 6>;
   struct Coupling {
