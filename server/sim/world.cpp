@@ -149,7 +149,7 @@ std::uint64_t World::state_hash() const {
   for (const islands::Stillness& stillness : impl_->stillness) stillness.hash(hash);
   for (const guard::BodyGuard& guard : impl_->guards) {
     hash.add(static_cast<std::uint64_t>(guard.rung));
-    for (double energy : {guard.surplus, guard.energy, guard.energy_at_alarm}) hash.add(energy);
+    for (double energy : {guard.surplus, guard.jump, guard.energy, guard.energy_at_alarm}) hash.add(energy);
     for (int steps : {guard.growing_steps, guard.inverted_steps, guard.capped_steps, guard.steps_on_rung, guard.calm_steps}) {
       hash.add(static_cast<std::uint64_t>(steps));
     }

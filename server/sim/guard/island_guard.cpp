@@ -11,7 +11,8 @@ Rung previous(Rung rung) { return static_cast<Rung>(static_cast<int>(rung) - 1);
 
 // What is beyond its bound, the gravest first.
 std::optional<Finding> breach(const Measurement& m, const BodyGuard& guard, double energy_bound) {
-  if (guard.growing_steps >= kInARow) return Finding{Quantity::energy, guard.surplus, energy_bound};
+  const bool goes_on = guard.surplus > guard.jump + kGoesOn * energy_bound;
+  if (guard.growing_steps >= kInARow && goes_on) return Finding{Quantity::energy, guard.surplus, energy_bound};
   if (guard.inverted_steps > kPatience) {
     return Finding{Quantity::inverted, static_cast<double>(m.inverted), 0};
   }
@@ -37,6 +38,7 @@ std::optional<Finding> watch(const Measurement& m, BodyGuard& guard) {
   const double floor = 0.5 * m.mass * kFloorSpeed * kFloorSpeed;
   const double energy_bound = std::max(floor, kEnergyPart * guard.energy);
   guard.growing_steps = guard.surplus > energy_bound ? guard.growing_steps + 1 : 0;
+  guard.jump = guard.growing_steps == 1 ? guard.surplus : std::min(decay * guard.jump, guard.surplus);
   ++guard.steps_on_rung;
 
   std::optional<Finding> found = breach(m, guard, energy_bound);
@@ -52,7 +54,7 @@ std::optional<Finding> watch(const Measurement& m, BodyGuard& guard) {
   if (guard.rung == Rung::normal) guard.energy_at_alarm = std::max(guard.energy, floor);
   guard.rung = found->rung = next(guard.rung);
   guard.steps_on_rung = 0;
-  guard.surplus = guard.growing_steps = 0;  // the new rung is judged by what happens on it
+  guard.surplus = guard.jump = guard.growing_steps = 0;  // the new rung is judged by what happens on it
   return found;
 }
 

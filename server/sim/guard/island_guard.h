@@ -9,8 +9,9 @@
 // | quantity   | what is measured in a step                                   | bound                          | top rung      |
 // |------------|--------------------------------------------------------------|--------------------------------|---------------|
 // | energy     | growth beyond the work done on the island, summed over steps | 5 % of its energy, or that of  | sub_steps;    |
-// |            | and halved every kHalfLife of them, kInARow steps in a row   | kFloorSpeed, if that is more   | frozen beyond |
-// |            |                                                              |                                | kRunaway      |
+// |            | and halved every kHalfLife of them, kInARow steps in a row;  | kFloorSpeed, if that is more   | frozen beyond |
+// |            | kGoesOn of the bound have come since it was passed: a jump   |                                | kRunaway      |
+// |            | that stays alone (a shard that snaps free) does not grow     |                                |               |
 // | inverted   | tets of negative volume, in how many steps in a row          | kPatience                      | sub_steps     |
 // | residual   | of solves that ended at their cap, kInARow steps in a row    | kResidual                      | more_iterations |
 //
@@ -31,6 +32,7 @@ inline constexpr int kPatience = 10;     // steps on a rung before the next one
 inline constexpr int kCalm = 120;        // steps without a finding before a rung is left again
 inline constexpr int kHalfLife = 10;     // steps
 inline constexpr int kInARow = 4;        // steps: a linearised step stores energy and gives it back in the next
+inline constexpr double kGoesOn = 0.5;   // of the bound
 inline constexpr double kRunaway = 10;   // times the energy there was when the first rung was climbed
 inline constexpr double kResidual = 0.05;  // relative: what a cap may leave without a word
 inline constexpr double kEnergyPart = 0.05;
@@ -53,6 +55,7 @@ struct Measurement {
 struct BodyGuard {
   Rung rung = Rung::normal;
   double surplus = 0;      // [J], decaying
+  double jump = 0;         // [J], the least that surplus was since it passed its bound, decaying alike
   double energy = 0;       // [J], the largest of late, decaying
   double energy_at_alarm = 0;  // [J], when the first rung was climbed
   int growing_steps = 0;   // in a row

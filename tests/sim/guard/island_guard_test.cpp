@@ -47,6 +47,17 @@ TEST(IslandGuard, GrowthThatDissipationTakesBackIsNoGrowth) {
   }
 }
 
+TEST(IslandGuard, OneJumpIsNoGrowthASecondOneIs) {
+  BodyGuard guard;
+  Measurement jump = calm();
+  jump.surplus = 0.5 * jump.energy;
+  EXPECT_FALSE(watch(jump, guard));
+  for (int k = 0; k < 8; ++k) EXPECT_FALSE(watch(calm(), guard));
+  const std::optional<Finding> found = watch(jump, guard);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->quantity, Quantity::energy);
+}
+
 TEST(IslandGuard, ClimbsToTheTopOneRungAtATimeWhereEnergyRunsAway) {
   Measurement exploding = calm();
   BodyGuard guard;
