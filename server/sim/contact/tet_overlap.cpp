@@ -26,7 +26,7 @@ Polygon face_polygon(const OrientedTet& tet, int k) {
   face.push(tet.x.col(j));
   face.push(tet.x.col(l));
   // kFace turns outwards for positive volume; an inverted tet's faces turn the other way round.
-  if ((face.p[1] - face.p[0]).cross(face.p[2] - face.p[0]).dot(tet.n.col(k)) < 0) std::swap(face.p[1], face.p[2]);
+  if ((face.p[1] - face.p[0]).cross(face.p[2] - face.p[0]).dot(tet.normal(k)) < 0) std::swap(face.p[1], face.p[2]);
   return face;
 }
 
@@ -83,20 +83,37 @@ struct Moments {
 // Rounding of a distance between points and planes at these coordinates, with two orders to spare.
 double tolerance(const Mat34& x) { return 1e-14 * (1 + x.cwiseAbs().maxCoeff()); }
 
-bool separated_by_faces(const OrientedTet& a, const OrientedTet& b, double eps) {
-  for (int k = 0; k < 4; ++k)
-    if ((a.n.col(k).transpose() * b.x).minCoeff() >= a.offset[k] - eps) return true;
-  return false;
+// Of each node of `b` (column) above each face of `a` (row) [m].
+Eigen::Matrix4d heights(const OrientedTet& a, const OrientedTet& b) { return (a.n * b.x).colwise() - a.offset; }
+
+bool separated_by_faces(const Eigen::Matrix4d& heights, double eps) {
+  const Eigen::Vector4d lowest =
+      heights.col(0).cwiseMin(heights.col(1)).cwiseMin(heights.col(2).cwiseMin(heights.col(3)));
+  return lowest.maxCoeff() >= -eps;
+}
+
+// Face f of `own`, clipped by all planes of `other`; heights: of own's nodes above other's faces.
+Polygon clipped_face(const OrientedTet& own, int f, const OrientedTet& other, const Eigen::Matrix4d& heights, double eps,
+                     bool drop_coplanar) {
+  const auto& [i, j, l] = kFace[f];
+  const Eigen::Vector4d lowest = heights.col(i).cwiseMin(heights.col(j)).cwiseMin(heights.col(l));
+  if (lowest.maxCoeff() > eps) return {};
+  const Eigen::Vector4d highest = heights.col(i).cwiseMax(heights.col(j)).cwiseMax(heights.col(l));
+  Polygon face = face_polygon(own, f);
+  for (int k = 0; k < 4 && face.count > 0; ++k)
+    if (highest[k] > eps || (drop_coplanar && lowest[k] >= -eps))
+      clip(face, other.normal(k), other.offset[k], eps, drop_coplanar);
+  return face;
 }
 
 // The exterior face of `tet` nearest to p, as its outward normal; zero if there is none. `distance` is improved.
 Vec3 nearest_exterior_normal(const OrientedTet& tet, std::uint8_t exterior, const Vec3& p, double& distance) {
   Vec3 normal = Vec3::Zero();
   for (int k = 0; k < 4; ++k) {
-    const double d = tet.offset[k] - tet.n.col(k).dot(p);
+    const double d = tet.offset[k] - tet.n.row(k).dot(p);
     if ((exterior >> k & 1) == 0 || d >= distance) continue;
     distance = d;
-    normal = tet.n.col(k);
+    normal = tet.normal(k);
   }
   return normal;
 }
@@ -114,7 +131,7 @@ OrientedTet orient(const Mat34& x) {
   for (int k = 0; k < 4; ++k) {
     const Vec3 o = x.col(kFace[k][0]);
     const Vec3 n = sign * (x.col(kFace[k][1]) - o).cross(x.col(kFace[k][2]) - o).normalized();
-    tet.n.col(k) = n;
+    tet.n.row(k) = n.transpose();
     tet.offset[k] = n.dot(o);
     tet.height[k] = n.dot(o - x.col(k));
   }
@@ -123,7 +140,7 @@ OrientedTet orient(const Mat34& x) {
 }
 
 Eigen::Vector4d barycentric(const OrientedTet& tet, const Vec3& p) {
-  Eigen::Vector4d b = (tet.offset - tet.n.transpose() * p).cwiseQuotient(tet.height);
+  Eigen::Vector4d b = (tet.offset - tet.n * p).cwiseQuotient(tet.height);
   return b / b.sum();
 }
 
@@ -131,20 +148,18 @@ TetOverlap overlap(const OrientedTet& a, const OrientedTet& b) {
   assert(a.volume > 0 && b.volume > 0);
   TetOverlap result;
   const double eps = std::max(tolerance(a.x), tolerance(b.x));
-  if (separated_by_faces(a, b, eps) || separated_by_faces(b, a, eps)) return result;
+  const Eigen::Matrix4d b_above_a = heights(a, b);
+  if (separated_by_faces(b_above_a, eps)) return result;
+  const Eigen::Matrix4d a_above_b = heights(b, a);
+  if (separated_by_faces(a_above_b, eps)) return result;
 
   // The boundary of a convex overlap is: each face of one, clipped by all planes of the other.
   Moments moments{a.x.rowwise().mean()};
   for (int f = 0; f < 8; ++f) {
-    const bool first = f < 4;
-    const OrientedTet& own = first ? a : b;
-    const OrientedTet& other = first ? b : a;
-    Polygon face = face_polygon(own, f & 3);
-    for (int k = 0; k < 4 && face.count > 0; ++k) {
-      // Faces that coincide and look the same way: the first tet's stays. Looking opposite ways, the tets only touch,
-      // which separated_by_faces has excluded.
-      clip(face, other.n.col(k), other.offset[k], eps, !first);
-    }
+    // Faces that coincide and look the same way: the first tet's stays. Looking opposite ways, the tets only touch,
+    // which separated_by_faces has excluded.
+    const Polygon face = f < 4 ? clipped_face(a, f, b, a_above_b, eps, false)
+                               : clipped_face(b, f - 4, a, b_above_a, eps, true);
     if (face.count < 3) {
       result.face_area[f].setZero();
       continue;

@@ -12,11 +12,13 @@ namespace crumple::sim::contact {
 // A tetrahedron and the planes of its faces. Face k lies opposite node k; inverted tetrahedra are allowed: their
 // normals point outwards, too.
 struct OrientedTet {
-  Mat34 x;                 // node positions [m], columns
-  Mat34 n;                 // unit outward face normals, columns; face k is the plane n_k . p = offset_k
-  Eigen::Vector4d offset;  // [m]
-  Eigen::Vector4d height;  // of node k above face k [m], > 0
-  double volume = 0;       // absolute [m^3]; 0 marks a flat tetrahedron: its planes are not to be used
+  Mat34 x;                        // node positions [m], columns
+  Eigen::Matrix<double, 4, 3> n;  // unit outward face normals, rows; face k is the plane n_k . p = offset_k
+  Eigen::Vector4d offset;         // [m]
+  Eigen::Vector4d height;         // of node k above face k [m], > 0
+  double volume = 0;              // absolute [m^3]; 0 marks a flat tetrahedron: its planes are not to be used
+
+  Vec3 normal(int face) const { return n.row(face).transpose(); }
 };
 OrientedTet orient(const Mat34& x);
 
