@@ -38,7 +38,8 @@ double mean_of_last(const std::vector<double>& ms, std::size_t count) {
 
 Json sleep_of(const sim::Workload& load, int all_asleep_at) {
   Json result{{"live_bodies", load.live_bodies}, {"asleep_bodies", load.asleep_bodies}, {"live_tets", load.live_tets},
-              {"asleep_tets", load.asleep_tets}, {"live_nodes", load.live_nodes}, {"asleep_nodes", load.asleep_nodes}};
+              {"asleep_tets", load.asleep_tets}, {"live_nodes", load.live_nodes}, {"asleep_nodes", load.asleep_nodes},
+              {"asleep_fragments", load.asleep_fragments}};
   if (load.live_bodies == 0) result["all_asleep_at"] = all_asleep_at;
   return result;
 }

@@ -69,7 +69,7 @@ Vec3 World::velocity(BodyId body) const {
   return soft.momentum() / soft.mass();
 }
 
-bool World::is_asleep(BodyId body) const { return impl_->is_asleep(body); }
+bool World::is_asleep(BodyId body) const { return impl_->sleeps(body); }
 Workload World::workload() const { return impl_->workload(); }
 
 Energies World::energies() const {

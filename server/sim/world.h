@@ -29,7 +29,8 @@ struct Workload {
   int live_bodies = 0, asleep_bodies = 0;
   int live_tets = 0, asleep_tets = 0;
   int live_nodes = 0, asleep_nodes = 0;
-  int rigid_fragments = 0;  // of finite-element bodies, asleep or not; their tets and nodes are not counted above
+  int rigid_fragments = 0;   // of finite-element bodies, asleep or not; their tets and nodes are not counted above
+  int asleep_fragments = 0;  // of these
 };
 
 struct StepReport {

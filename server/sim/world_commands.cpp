@@ -54,7 +54,7 @@ void World::Impl::apply_commands() {
   work = {};
   // A time that was meant to be a step's start may miss it by rounding.
   const double now = time() + 1e-9 * scene.dt;
-  disturbed.assign(places.size(), 0);
+  disturbed.assign(part_count(), 0);
   auto due = script.begin();
   for (; due != script.end() && due->time <= now; ++due) {
     apply(due->command);
@@ -94,7 +94,7 @@ void World::Impl::push_body(BodyId body, const Vec3& impulse, const Vec3& point,
   const bool felt = is_felt(impulse.norm() / rigid.mass(body));
   if (felt) wake(body);
   disturbed[body] |= felt;
-  if (is_asleep(body)) return;
+  if (is_asleep(body_part(body))) return;
   const double before = rigid.kinetic_energy(body);
   rigid.apply_impulse(body, impulse, point);
   work.rigid_commands += rigid.kinetic_energy(body) - before;

@@ -19,12 +19,17 @@ islands::IslandBody World::Impl::debris_for_islands(int body, double h) {
 
 void World::Impl::hand_over() {
   for (std::size_t b = 0; b < soft.size(); ++b) {
-    if (is_asleep(soft[b].id)) continue;
+    if (is_asleep(soft[b])) continue;
     const SoftBody::HandOver moved = soft[b].hand_over();
     if (moved.count == 0) continue;
     const int before = first_debris + static_cast<int>(debris.size());
-    for (int k = 0; k < moved.count; ++k)
+    for (int k = 0; k < moved.count; ++k) {
       debris.push_back({static_cast<int>(b), static_cast<int>(soft[b].fragments.size()) - moved.count + k});
+      sleepers.add_live();
+      stillness.emplace_back();
+      sleeping_box.emplace_back();
+      disturbed.push_back(0);
+    }
     follow_hand_over(static_cast<int>(b), moved, before);
   }
 }

@@ -59,8 +59,11 @@ struct World::Impl {
     int fragment;
   };
   std::vector<Debris> debris;             // rigid fragments, in the order in which they came to be
-  islands::SleepingIslands sleepers;      // by BodyId
-  std::vector<islands::Stillness> stillness;  // by BodyId, of live bodies
+  // What sleeps for itself, by one index: a body (of a broken one, what is left of it), by BodyId; then each rigid fragment,
+  // in the order of `debris`.
+  using Part = int;
+  islands::SleepingIslands sleepers;      // by Part
+  std::vector<islands::Stillness> stillness;  // by Part, of live ones
 
   // Outcome.
   Topology topology;
@@ -80,8 +83,8 @@ struct World::Impl {
   std::vector<char> was_capped;                          // one a soft body: its last solve ended at its cap
   std::vector<FractureOutcome> broken;                   // one a soft body: in this step so far
   std::vector<SoftBody::Energy> soft_energy;             // one a soft body, after assemble
-  std::vector<char> disturbed;                           // by BodyId: commands or scripts move it in this step
-  std::vector<contact::Box3> sleeping_box;               // by BodyId, of those that are asleep
+  std::vector<char> disturbed;                           // by Part: commands or scripts move it in this step
+  std::vector<contact::Box3> sleeping_box;               // by Part, of those that are asleep
   std::vector<char> all_fixed;                           // ones: no node of a sleeper is an unknown
   struct Work {
     double contact = 0;                                  // [J]
@@ -111,23 +114,37 @@ struct World::Impl {
 
   // Islands that sleep (world_sleep.cpp).
   void start_islands();
-  bool is_live(BodyId id) const { return sleepers.activity(id) == islands::Activity::live; }
-  bool is_live(const SoftBody& body) const { return is_live(body.id); }
-  bool is_asleep(BodyId id) const { return sleepers.activity(id) == islands::Activity::asleep; }
-  std::span<const Vec3> points(BodyId id) const;  // nodes, or proxy nodes where the body was last placed
-  void wake(BodyId id);
+  Part body_part(BodyId id) const { return static_cast<Part>(id); }
+  Part part_of(int body) const {  // body: as in collision_bodies
+    return is_debris(body) ? debris_part(body - first_debris) : body_part(collision_ids[body]);
+  }
+  Part debris_part(int k) const { return static_cast<Part>(places.size()) + k; }
+  bool is_fragment(Part part) const { return part >= static_cast<Part>(places.size()); }
+  RigidFragment& fragment(Part part) {
+    const Debris& own = debris[part - places.size()];
+    return soft[own.soft].fragments[own.fragment];
+  }
+  const RigidFragment& fragment(Part part) const { return const_cast<Impl*>(this)->fragment(part); }
+  int part_count() const { return static_cast<int>(stillness.size()); }
+  bool is_live(Part part) const { return sleepers.activity(part) == islands::Activity::live; }
+  bool is_live(const SoftBody& body) const { return is_live(body_part(body.id)); }
+  bool is_asleep(Part part) const { return sleepers.activity(part) == islands::Activity::asleep; }
+  bool is_asleep(const SoftBody& body) const { return is_asleep(body_part(body.id)); }
+  bool sleeps(BodyId id) const;                     // some part of the body does, and none is live
+  std::span<const Vec3> points(Part part) const;    // nodes, or proxy nodes where the body was last placed
+  void wake(Part part);
   void roused(std::span<const int> woken);
-  void lay_down(BodyId id, bool carried);
+  void lay_down(Part part, bool carried);
   bool is_felt(double push) const { return push > scene.sleep.wake_acceleration * scene.dt; }
   void feel_commands();
   void feel_scripts();
-  void feel_motion(BodyId id, const contact::Box3& box);
+  void feel_motion(Part mover, const contact::Box3& box);
   void place_for_contact();
   void hide_far_sleepers();
   bool wake_touched();
   void keep_friction_of_sleepers(const contact::FrictionMemory& before);
   void note_contacts();
-  bool rests(BodyId id);
+  bool rests(Part part);
   int steps_of_rest() const;
   Workload workload() const;
 
@@ -161,10 +178,7 @@ struct World::Impl {
 
   // Rigid fragments (world_debris.cpp). `body`: as in collision_bodies.
   bool is_debris(int body) const { return body >= first_debris; }
-  RigidFragment& fragment_of(int body) {
-    const Debris& own = debris[body - first_debris];
-    return soft[own.soft].fragments[own.fragment];
-  }
+  RigidFragment& fragment_of(int body) { return fragment(part_of(body)); }
   const SoftBody& parent_of(int body) const { return soft[debris[body - first_debris].soft]; }
   islands::IslandBody debris_for_islands(int body, double h);
   void hand_over();

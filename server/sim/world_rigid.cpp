@@ -34,10 +34,10 @@ void World::Impl::step_rigid(StepReport& report) {
 void World::Impl::deform_examples(StepReport& report) {
   pool.for_chunks(static_cast<int>(examples.size()), 1, [&](int begin, int end) {
     for (int k = begin; k < end; ++k)
-      if (!is_asleep(examples[k].id)) examples[k].deform(scene.dt, scene.rate_dt, pool);
+      if (!is_asleep(body_part(examples[k].id))) examples[k].deform(scene.dt, scene.rate_dt, pool);
   });
   for (ExampleBody& body : examples) {
-    if (is_asleep(body.id)) continue;
+    if (is_asleep(body_part(body.id))) continue;
     const DentOutcome outcome = body.settle(rigid);
     if (!outcome.finite) {
       add_event(EventKind::frozen, body.id).message =

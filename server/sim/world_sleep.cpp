@@ -44,24 +44,43 @@ Box3 way_of(const contact::CollisionBody& body, const Vec3& gravity, double dt) 
 
 // ---- who is where ----------------------------------------------------------------------------------------------
 
-std::span<const Vec3> World::Impl::points(BodyId id) const {
-  const Place place = places[id];
+std::span<const Vec3> World::Impl::points(Part part) const {
+  if (is_fragment(part)) return fragment(part).x();
+  const Place place = places[part];
   if (place.model == BodyModel::fem) return soft[place.index].state.x;
   return place.model == BodyModel::example_based ? examples[place.index].x : solids[place.index].x;
 }
 
+bool World::Impl::sleeps(BodyId id) const {
+  bool live = is_live(body_part(id)), asleep = is_asleep(body_part(id));
+  for (int k = 0; k < static_cast<int>(debris.size()) && !live; ++k) {
+    if (soft[debris[k].soft].id != id) continue;
+    live = is_live(debris_part(k));
+    asleep = asleep || is_asleep(debris_part(k));
+  }
+  return asleep && !live;
+}
+
 Workload World::Impl::workload() const {
   Workload load;
-  for (BodyId id = 0; id < places.size(); ++id) {
-    load.live_bodies += is_live(id);
-    load.asleep_bodies += is_asleep(id);
+  std::vector<Part> parts(places.size());  // of each body one that is live, or else one that sleeps, if there are any
+  for (BodyId id = 0; id < places.size(); ++id) parts[id] = body_part(id);
+  for (int k = 0; k < static_cast<int>(debris.size()); ++k) {
+    Part& part = parts[soft[debris[k].soft].id];
+    const Part own = debris_part(k);
+    if (is_live(own) || (is_asleep(own) && !is_live(part))) part = own;
+    load.asleep_fragments += is_asleep(own);
+  }
+  for (const Part part : parts) {
+    load.live_bodies += is_live(part);
+    load.asleep_bodies += is_asleep(part);
   }
   for (const SoftBody& body : soft) {
     const int tets = static_cast<int>(body.tets.size());
     if (is_live(body)) load.live_tets += tets, load.live_nodes += body.node_count();
-    load.rigid_fragments += static_cast<int>(body.fragments.size());
-    if (is_asleep(body.id)) load.asleep_tets += tets, load.asleep_nodes += body.node_count();
+    if (is_asleep(body)) load.asleep_tets += tets, load.asleep_nodes += body.node_count();
   }
+  load.rigid_fragments = static_cast<int>(debris.size());
   return load;
 }
 
@@ -81,56 +100,65 @@ void World::Impl::start_islands() {
   std::vector<BodyId> ids;
   std::vector<Box3> boxes;
   for (BodyId id = 0; id < places.size(); ++id) {
-    const bool sleeps = scene.bodies[id].asleep && is_live(id);
+    const bool sleeps = scene.bodies[id].asleep && is_live(body_part(id));
     const bool scripted = activity[id] == Activity::kinematic && places[id].model != BodyModel::fixed;
     if (!sleeps && !scripted) continue;
-    const Box3 box = box_of(points(id));
+    const Box3 box = box_of(points(body_part(id)));
     const Vec3 margin = Vec3::Constant(kNear * box.diagonal().norm());
     boxes.emplace_back(box.min() - margin, box.max() + margin);
     ids.push_back(id);
   }
   std::vector<char> by_soft(places.size(), 0);
   for (const auto& [a, b] : contact::sweep_and_prune(boxes)) {
-    sleepers.touch(static_cast<int>(ids[a]), static_cast<int>(ids[b]));
+    sleepers.touch(body_part(ids[a]), body_part(ids[b]));
     by_soft[ids[a]] |= places[ids[b]].model == BodyModel::fem;
     by_soft[ids[b]] |= places[ids[a]].model == BodyModel::fem;
   }
   sleepers.remember(0);
   for (const BodyId id : ids) {
-    if (is_live(id)) lay_down(id, by_soft[id]);
+    if (is_live(body_part(id))) lay_down(body_part(id), by_soft[id]);
   }
 }
 
 // ---- waking ------------------------------------------------------------------------------------------------------
 
-void World::Impl::wake(BodyId id) { roused(sleepers.wake(static_cast<int>(id))); }
+void World::Impl::wake(Part part) { roused(sleepers.wake(part)); }
 
 void World::Impl::roused(std::span<const int> woken) {
-  for (const int id : woken) {
-    stillness[id] = {};
-    if (places[id].model != BodyModel::fem) rigid.wake(id);
+  for (const Part part : woken) {
+    stillness[part] = {};
+    if (!is_fragment(part) && places[part].model != BodyModel::fem) rigid.wake(static_cast<BodyId>(part));
   }
 }
 
 void World::Impl::feel_commands() {
+  const auto feel = [&](Part part, double push) {
+    const bool felt = is_felt(push);
+    if (felt) wake(part);
+    disturbed[part] |= felt;
+  };
   for (SoftBody& body : soft) {
-    const bool felt = is_felt(body.strongest_push());
-    if (felt) wake(body.id);
-    disturbed[body.id] |= felt;
+    feel(body_part(body.id), body.strongest_push());
     if (!is_live(body)) body.forget_pushes();
+  }
+  for (int k = 0; k < static_cast<int>(debris.size()); ++k) {
+    RigidFragment& piece = fragment(debris_part(k));
+    feel(debris_part(k), piece.pushed().norm() / piece.mass());
+    if (!is_live(debris_part(k))) piece.forget_pushes();
   }
 }
 
 void World::Impl::feel_scripts() {
   for (SoftBody& body : soft) {
     const double speed = body.driven_speed();
+    const Part part = body_part(body.id);
     if (speed > kScriptRests) {
-      disturbed[body.id] = 1;
-      wake(body.id);
-      if (sleepers.activity(body.id) == Activity::kinematic) {
-        feel_motion(body.id, way_of(collision_body(body), Vec3::Zero(), scene.dt));
+      disturbed[part] = 1;
+      wake(part);
+      if (sleepers.activity(part) == Activity::kinematic) {
+        feel_motion(part, way_of(collision_body(body), Vec3::Zero(), scene.dt));
       }
-    } else if (speed > 0 && is_asleep(body.id)) {
+    } else if (speed > 0 && is_asleep(part)) {
       body.stop();
     }
   }
@@ -147,16 +175,16 @@ void World::Impl::feel_scripts() {
     }
     if ((to.p_WB - from.p_WB).norm() / scene.dt + turn * size <= kScriptRests) continue;
     disturbed[body.id] = 1;
-    feel_motion(body.id, box);
+    feel_motion(body_part(body.id), box);
   }
 }
 
 // A body moves through `box` of which the solve knows no unknowns, and contact with sleepers therefore nothing.
-void World::Impl::feel_motion(BodyId mover, const Box3& box) {
+void World::Impl::feel_motion(Part mover, const Box3& box) {
   if (!sleepers.any_asleep()) return;
-  roused(sleepers.wake_neighbours(static_cast<int>(mover)));
-  for (BodyId id = 0; id < places.size(); ++id) {
-    if (is_asleep(id) && box.intersects(sleeping_box[id])) wake(id);
+  roused(sleepers.wake_neighbours(mover));
+  for (Part part = 0; part < part_count(); ++part) {
+    if (is_asleep(part) && box.intersects(sleeping_box[part])) wake(part);
   }
 }
 
@@ -167,10 +195,10 @@ void World::Impl::hide_far_sleepers() {
   std::vector<Box3> live, asleep;
   std::vector<std::size_t> sleeper;
   for (std::size_t b = 0; b < collision_bodies.size(); ++b) {
-    const BodyId id = collision_ids[b];
-    if (is_live(id)) live.push_back(way_of(collision_bodies[b], scene.gravity, scene.dt));
-    if (!is_asleep(id)) continue;
-    asleep.push_back(sleeping_box[id]);
+    const Part part = part_of(static_cast<int>(b));
+    if (is_live(part)) live.push_back(way_of(collision_bodies[b], scene.gravity, scene.dt));
+    if (!is_asleep(part) || sleeping_box[part].isEmpty()) continue;
+    asleep.push_back(sleeping_box[part]);
     sleeper.push_back(b);
   }
   std::vector<contact::IndexPair> pairs;
@@ -192,8 +220,8 @@ bool World::Impl::wake_touched() {
   bool any = false;
   for (const contact::ContactRow& row : rows) {
     for (const contact::ContactSide& side : row.sides) {
-      if (side.body >= static_cast<int>(collision_ids.size()) || !is_asleep(collision_ids[side.body])) continue;
-      wake(collision_ids[side.body]);
+      if (side.body >= static_cast<int>(collision_ids.size()) || !is_asleep(part_of(side.body))) continue;
+      wake(part_of(side.body));
       any = true;
     }
   }
@@ -202,7 +230,7 @@ bool World::Impl::wake_touched() {
 
 void World::Impl::keep_friction_of_sleepers(const contact::FrictionMemory& before) {
   if (!sleepers.any_asleep()) return;
-  const auto sleeps = [&](int body) { return body < static_cast<int>(collision_ids.size()) && is_asleep(collision_ids[body]); };
+  const auto sleeps = [&](int body) { return body < static_cast<int>(collision_ids.size()) && is_asleep(part_of(body)); };
   for (const contact::FrictionMemory::Entry& entry : before.entries) {
     if (sleeps(entry.key[0]) || sleeps(entry.key[1])) friction.entries.push_back(entry);
   }
@@ -211,10 +239,11 @@ void World::Impl::keep_friction_of_sleepers(const contact::FrictionMemory& befor
 // ---- falling asleep ----------------------------------------------------------------------------------------------
 
 void World::Impl::note_contacts() {
-  const auto disturb = [&](BodyId id, BodyId mover) { disturbed[id] |= disturbed[mover] && !is_live(mover); };
-  const auto touch = [&](BodyId a, BodyId b) {
-    if (places[a].model == BodyModel::fixed || places[b].model == BodyModel::fixed) return;
-    sleepers.touch(static_cast<int>(a), static_cast<int>(b));
+  const auto disturb = [&](Part part, Part mover) { disturbed[part] |= disturbed[mover] && !is_live(mover); };
+  const auto is_fixed = [&](Part part) { return !is_fragment(part) && places[part].model == BodyModel::fixed; };
+  const auto touch = [&](Part a, Part b) {
+    if (is_fixed(a) || is_fixed(b)) return;
+    sleepers.touch(a, b);
     disturb(a, b);
     disturb(b, a);
   };
@@ -222,79 +251,84 @@ void World::Impl::note_contacts() {
     // A chain through all of them says that they are one island as well as all their contacts do.
     std::vector<int> members = island.soft;
     members.insert(members.end(), island.rigid.begin(), island.rigid.end());
-    for (std::size_t k = 1; k < members.size(); ++k) touch(collision_ids[members[k - 1]], collision_ids[members[k]]);
+    for (std::size_t k = 1; k < members.size(); ++k) touch(part_of(members[k - 1]), part_of(members[k]));
     for (const contact::ContactRow& row : island.rows) {
       const int a = row.sides[0].body, b = row.sides[1].body;
       if (b >= static_cast<int>(collision_ids.size())) continue;
-      if (!is_live(collision_ids[a]) || !is_live(collision_ids[b])) touch(collision_ids[a], collision_ids[b]);
+      if (!is_live(part_of(a)) || !is_live(part_of(b))) touch(part_of(a), part_of(b));
     }
   }
-  for (const ContactImpulse& contact : rigid.contact_impulses()) touch(contact.a, contact.b);
+  for (const ContactImpulse& contact : rigid.contact_impulses()) touch(body_part(contact.a), body_part(contact.b));
 }
 
-// Looks at a live body at the end of a step. A rigid one is seen by four of its points.
-bool World::Impl::rests(BodyId id) {
-  const Place place = places[id];
+// Looks at a live body or fragment at the end of a step. A rigid body is seen by four of its points.
+bool World::Impl::rests(Part part) {
   const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time};
-  if (place.model == BodyModel::fem) {
-    const SoftBody& body = soft[place.index];
-    islands::observe(body.fragments.empty() ? body.state.x : body.all_positions(), scene.dt, bounds, stillness[id]);
+  if (is_fragment(part) || places[part].model == BodyModel::fem) {
+    islands::observe(points(part), scene.dt, bounds, stillness[part]);
   } else {
+    const Place place = places[part];
+    const BodyId id = static_cast<BodyId>(part);
     const bool example = place.model == BodyModel::example_based;
     double size = 0;
     for (const Vec3& X : example ? examples[place.index].proxy.X : solids[place.index].proxy.X) size = std::max(size, X.norm());
     const Pose X_WB = rigid.pose(id);
     const Vec3 seen[] = {X_WB.p_WB, X_WB * Vec3(size, 0, 0), X_WB * Vec3(0, size, 0), X_WB * Vec3(0, 0, size)};
-    islands::observe(seen, scene.dt, bounds, stillness[id]);
-    if (example && !examples[place.index].is_settled()) stillness[id].steps = 0;
+    islands::observe(seen, scene.dt, bounds, stillness[part]);
+    if (example && !examples[place.index].is_settled()) stillness[part].steps = 0;
   }
-  if (disturbed[id]) stillness[id].steps = 0;
-  return stillness[id].steps >= steps_of_rest();
+  if (disturbed[part]) stillness[part].steps = 0;
+  return stillness[part].steps >= steps_of_rest();
 }
 
 int World::Impl::steps_of_rest() const {
   return static_cast<int>(std::clamp(std::ceil(scene.sleep.time / scene.dt - 1e-9), static_cast<double>(kLeastSteps), 1e9));
 }
 
-void World::Impl::lay_down(BodyId id, bool carried) {
-  sleepers.put_to_sleep(static_cast<int>(id));
-  stillness[id] = {};
-  const Place place = places[id];
-  if (place.model == BodyModel::fem) {
+void World::Impl::lay_down(Part part, bool carried) {
+  sleepers.put_to_sleep(part);
+  stillness[part] = {};
+  if (is_fragment(part)) {
+    fragment(part).stop();
+  } else if (const Place place = places[part]; place.model == BodyModel::fem) {
     SoftBody& body = soft[place.index];
     body.stop();
     all_fixed.resize(std::max(all_fixed.size(), body.state.x.size()), 1);
   } else {
+    const BodyId id = static_cast<BodyId>(part);
     rigid.sleep(id, carried);
     if (place.model == BodyModel::example_based) examples[place.index].follow(rigid.pose(id));
     else solids[place.index].follow(rigid.pose(id));
   }
-  sleeping_box[id] = place.model == BodyModel::fem ? box_of(soft[place.index].all_positions()) : box_of(points(id));
+  sleeping_box[part] = box_of(points(part));
 }
 
 void World::Impl::settle(StepReport& report) {
-  for (BodyId id = 0; id < places.size(); ++id) {  // frozen in this step
-    const Place place = places[id];
-    const bool held = place.model == BodyModel::fem ? soft[place.index].frozen : !rigid.is_moving(id);
-    if (held && sleepers.activity(id) != Activity::kinematic) sleepers.set_kinematic(static_cast<int>(id));
+  const auto is_held = [&](Part part) {
+    if (is_fragment(part)) return fragment(part).is_held();
+    const Place place = places[part];
+    return place.model == BodyModel::fem ? soft[place.index].frozen : !rigid.is_moving(static_cast<BodyId>(part));
+  };
+  for (Part part = 0; part < part_count(); ++part) {  // frozen in this step
+    if (sleepers.activity(part) != Activity::kinematic && is_held(part)) sleepers.set_kinematic(part);
   }
   report.workload = workload();
   if (scene.sleep.speed == 0 || report.workload.live_bodies == 0) return;
   note_contacts();
-  std::vector<char> still(places.size(), 0);
-  pool.for_chunks(static_cast<int>(places.size()), 1, [&](int begin, int end) {
-    for (int id = begin; id < end; ++id)
-      if (is_live(id)) still[id] = rests(id);
+  std::vector<char> still(part_count(), 0);
+  pool.for_chunks(part_count(), 4, [&](int begin, int end) {
+    for (Part part = begin; part < end; ++part)
+      if (is_live(part)) still[part] = rests(part);
   });
   const std::vector<int> fell = sleepers.settle(still, steps_of_rest());
   if (fell.empty()) return;
-  std::vector<char> with_soft(places.size(), 0);
+  std::vector<char> with_soft(part_count(), 0);
   for (const islands::CompositeIsland& island : composite) {
-    for (const int b : island.rigid) with_soft[collision_ids[b]] = 1;
+    for (const int b : island.rigid) with_soft[part_of(b)] = 1;
   }
-  for (const int id : fell) lay_down(id, with_soft[id]);
+  for (const Part part : fell) lay_down(part, with_soft[part]);
   // Whole islands fell asleep.
-  std::erase_if(accounts, [&](const IslandAccount& account) { return !account.soft.empty() && is_asleep(soft[account.soft[0]].id); });
+  std::erase_if(accounts, [&](const IslandAccount& account) { return !account.soft.empty() && is_asleep(soft[account.soft[0]]); });
   report.workload = workload();
 }
 

@@ -30,11 +30,11 @@ void World::Impl::place_for_contact() {
   planes.clear();
   for (const SoftBody& body : soft) {
     collision_bodies.push_back(collision_body(body));
-    if (is_asleep(body.id)) collision_bodies.back().fixed = std::span(all_fixed).first(body.state.x.size());
+    if (is_asleep(body)) collision_bodies.back().fixed = std::span(all_fixed).first(body.state.x.size());
     collision_ids.push_back(body.id);
   }
   const auto motion = [&](BodyId id) {
-    return contact::RigidMotion{rigid.com(id), rigid.velocity(id), rigid.angular_velocity(id), rigid.mass(id), rigid.is_moving(id) && !is_asleep(id)};
+    return contact::RigidMotion{rigid.com(id), rigid.velocity(id), rigid.angular_velocity(id), rigid.mass(id), rigid.is_moving(id) && !is_asleep(body_part(id))};
   };
   for (SolidBody& body : solids) {
     planes.insert(planes.end(), body.planes.begin(), body.planes.end());
@@ -55,10 +55,10 @@ void World::Impl::place_for_contact() {
     collision_ids.push_back(body.id);
   }
   first_debris = static_cast<int>(collision_bodies.size());
-  for (const Debris& own : debris) {
-    const SoftBody& parent = soft[own.soft];
-    collision_bodies.push_back(parent.fragments[own.fragment].collision_body(is_asleep(parent.id)));
-    collision_ids.push_back(parent.id);
+  for (int k = 0; k < static_cast<int>(debris.size()); ++k) {
+    const Part part = debris_part(k);
+    collision_bodies.push_back(fragment(part).collision_body(is_asleep(part)));
+    collision_ids.push_back(soft[debris[k].soft].id);
   }
 }
 
@@ -85,7 +85,7 @@ void World::Impl::assemble() {
   // Many small bodies fill the threads one each; the passes inside a large one do so themselves.
   pool.for_chunks(static_cast<int>(soft.size()), 1, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
-      switch (sleepers.activity(soft[k].id)) {
+      switch (sleepers.activity(body_part(soft[k].id))) {
         case islands::Activity::live: soft[k].assemble(scene.gravity, scene.dt, pool); break;
         case islands::Activity::kinematic: soft[k].assemble_kinematic(pool); break;
         case islands::Activity::asleep: break;
@@ -97,8 +97,8 @@ void World::Impl::assemble() {
 std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
   std::vector<islands::IslandBody> bodies(collision_bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (!is_live(part_of(static_cast<int>(b)))) continue;
     const BodyId id = collision_ids[b];
-    if (!is_live(id)) continue;
     if (is_debris(static_cast<int>(b))) {
       bodies[b] = debris_for_islands(static_cast<int>(b), scene.dt);
       continue;
@@ -183,7 +183,7 @@ void World::Impl::solve(StepReport& report) {
 
 void World::Impl::follow_scripts() {
   for (SoftBody& body : soft) {
-    if (sleepers.activity(body.id) == islands::Activity::kinematic) body.follow_script(scene.dt);
+    if (sleepers.activity(body_part(body.id)) == islands::Activity::kinematic) body.follow_script(scene.dt);
   }
 }
 
@@ -227,14 +227,14 @@ void World::Impl::take(const islands::CompositeIsland& island, const islands::Is
 
 void World::Impl::plastic_flow() {
   for (SoftBody& body : soft) {
-    if (!is_asleep(body.id)) body.plastic_flow(scene.dt, scene.creep_dt, pool);
+    if (!is_asleep(body)) body.plastic_flow(scene.dt, scene.creep_dt, pool);
   }
 }
 
 void World::Impl::fracture(StepReport& report) {
   std::vector<std::size_t> broke;
   for (std::size_t b = 0; b < soft.size(); ++b) {
-    if (is_asleep(soft[b].id)) continue;
+    if (is_asleep(soft[b])) continue;
     FractureOutcome& outcome = broken[b];
     outcome += soft[b].fracture(scene.seed, step, pool);
     if (outcome.splits == 0) continue;

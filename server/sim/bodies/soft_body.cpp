@@ -211,14 +211,12 @@ double SoftBody::strongest_push() const {
   for (int n = 0; n < node_count(); ++n) {
     if (!fixed[n]) push = std::max(push, impulse.segment<3>(3 * n).norm() / rest.node_mass[n]);
   }
-  for (const RigidFragment& fragment : fragments) push = std::max(push, fragment.pushed().norm() / fragment.mass());
   return push;
 }
 
 void SoftBody::forget_pushes() {
   if (pushed_) impulse.setZero();
   pushed_ = false;
-  for (RigidFragment& fragment : fragments) fragment.forget_pushes();
 }
 
 double SoftBody::driven_speed() const {
@@ -234,7 +232,6 @@ bool SoftBody::is_kinematic() const {
 void SoftBody::stop() {
   for (Vec3& v : state.v) v.setZero();
   for (fem::PrescribedNode& p : prescribed_) p.velocity.setZero();
-  for (RigidFragment& fragment : fragments) fragment.stop();
   restart();
   was_rough_ = false;
 }

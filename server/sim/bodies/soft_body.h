@@ -85,8 +85,9 @@ class SoftBody {
   void freeze();
   bool was_rough() const { return was_rough_; }  // its last step was of backward Euler where BDF2 is asked for
 
-  // Islands that sleep. Largest |impulse| asked for in this step over the mass of a free node [m/s]; largest velocity that
-  // the script asks of a node [m/s]; whether no node is free; a halt, also of what the script asked by rounding.
+  // Islands that sleep; fragments sleep for themselves. Largest |impulse| asked for in this step over the mass of a free node
+  // [m/s]; largest velocity that the script asks of a node [m/s]; whether no node is free; a halt, also of what the script
+  // asked by rounding.
   double strongest_push() const;
   void forget_pushes();
   double driven_speed() const;

@@ -21,6 +21,7 @@ enum class Activity : std::uint8_t {
 class SleepingIslands {
  public:
   explicit SleepingIslands(std::vector<Activity> bodies = {}) : activity_(std::move(bodies)) {}
+  void add_live() { activity_.push_back(Activity::live); }  // one more body, after all others
 
   Activity activity(int body) const { return activity_[body]; }
   bool any_asleep() const { return asleep_ > 0; }

@@ -111,6 +111,36 @@ TEST(RigidFragments, PiecesOfABrokenPaneComeToRestAndSleep) {
   EXPECT_NEAR(-world->energies().gravitational / 9.81, -(mass * world->pose(0).p_WB.y() + 20 * world->pose(1).p_WB.y()), 1e-6);
 }
 
+TEST(RigidFragments, SleepOneByOneAndWakeOneByOne) {
+  SceneDescription scene = shattered_on_the_ground(9);
+  for (const int b : {0, 1}) scene.bodies[b].pose.p_WB.y() += 1.5;  // pieces that scatter, not a heap
+  std::get<RigidModel>(scene.bodies[1].model).shapes = {{Pose{}, Box{Vec3::Constant(0.1)}}};  // a ball would roll among them
+  auto world = make_world(scene);
+  bool some = false;
+  for (int k = 0; k < 60 * 40 && world->workload().live_bodies > 0; ++k) {
+    const Workload load = world->step().workload;
+    if (load.asleep_fragments == 0 || load.asleep_fragments == load.rigid_fragments) continue;
+    some = true;
+    EXPECT_FALSE(world->is_asleep(0));
+  }
+  EXPECT_TRUE(some);
+  ASSERT_TRUE(world->is_asleep(0));
+  const FemView lying = world->fem(0);
+  ASSERT_EQ(world->workload().asleep_fragments, lying.rigid_fragments);
+
+  // The last fragment, lifted: others stay where they are, to the bit.
+  ASSERT_TRUE(world->submit(ApplyImpulse{.body = 0, .impulse = Vec3(0, 30, 0), .point = lying.x.back(), .radius = 1e-6}));
+  const Workload load = world->step().workload;
+  EXPECT_FALSE(world->is_asleep(0));
+  EXPECT_LT(load.asleep_fragments, lying.rigid_fragments);
+  EXPECT_GT(load.asleep_fragments, 0);
+  const FemView after = world->fem(0);
+  EXPECT_GT(after.x.back().y(), lying.x.back().y());
+  int stayed = 0;
+  for (std::size_t n = 0; n < lying.x.size(); ++n) stayed += after.x[n] == lying.x[n];
+  EXPECT_GT(stayed, 0);
+}
+
 TEST(RigidFragments, NoneWhereTheSceneSaysSo) {
   auto world = make_world(shattered_on_the_ground(0));
   for (int k = 0; k < 60; ++k) world->step();
