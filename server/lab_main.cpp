@@ -97,10 +97,10 @@ struct BenchCommand {
   std::string scene, lattice = "femfx", cells = "25x4x4", size = "2x0.4x0.4", damping = "0.15,0.004", sleep;
   double young = 1e7;
   int threads = 1, steps = 0;
-  bool invariants = false;
+  bool invariants = false, depth = false;
   std::uint64_t seed = 1;
   std::string solver, precision, integrator;
-  double tolerance = 0;
+  double tolerance = 0, kappa = 0, recovery_steps = 0;
   std::string element;
 
   // What the command line says in place of the scene.
@@ -112,6 +112,8 @@ struct BenchCommand {
       description.integrator = integrator == "bdf2" ? sim::Integrator::bdf2 : sim::Integrator::backward_euler;
     }
     if (!precision.empty()) description.float_solver = precision == "float";
+    if (kappa > 0) description.contact.kappa = kappa;
+    if (recovery_steps > 0) description.contact.recovery_steps = recovery_steps;
     for (sim::BodyDescription& body : description.bodies) {
       auto* fem = std::get_if<sim::FemModel>(&body.model);
       if (fem && tolerance > 0) fem->material.cg_tolerance = tolerance;
@@ -121,7 +123,7 @@ struct BenchCommand {
 
   int run() const {
     Result<sim::SceneDescription> description = std::unexpected(Error{});
-    lab::BenchmarkOptions options{.threads = threads, .invariants = invariants};
+    lab::BenchmarkOptions options{.threads = threads, .invariants = invariants, .depth = depth};
     if (scene == "beam") {
       lab::BeamOptions beam{.young = young};
       if (lattice != "femfx") beam.lattice = lattice == "kuhn" ? authoring::Lattice::kuhn : authoring::Lattice::bcc;
@@ -268,6 +270,9 @@ int main(int argc, char** argv) {
   b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));
   b->add_option("--integrator", bench.integrator, "instead of the scene's")->check(CLI::IsMember({"backward_euler", "bdf2"}));
   b->add_option("--element", bench.element, "of finite-element bodies, instead of the scene's")->check(CLI::IsMember({"tets", "octahedra"}));
+  b->add_option("--kappa", bench.kappa, "of contact, instead of the scene's")->check(CLI::Range(1e-3, 1e6));
+  b->add_option("--recovery-steps", bench.recovery_steps, "of contact, instead of the scene's")->check(CLI::Range(1.0, 1e6));
+  b->add_flag("--depth", bench.depth, "how deep finite-element bodies are in each other and under planes after every step, and for how long");
   b->add_flag("--invariants", bench.invariants, "momentum, energy and work of every step");
   b->add_flag("--json", json, "the output is JSON always; accepted for scripts that say so");
   b->callback([&] { exit_code = bench.run(); });

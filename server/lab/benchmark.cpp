@@ -1,5 +1,6 @@
 #include "server/lab/benchmark.h"
 
+#include "server/lab/vertex_depth.h"
 #include "server/sim/world.h"
 
 #include <sys/resource.h>
@@ -42,6 +43,12 @@ Json sleep_of(const sim::Workload& load, int all_asleep_at) {
               {"asleep_fragments", load.asleep_fragments}};
   if (load.live_bodies == 0) result["all_asleep_at"] = all_asleep_at;
   return result;
+}
+
+Json depth_of(const std::vector<double>& mm) {
+  int longest = 0, run = 0;
+  for (const double depth : mm) longest = std::max(longest, run = depth > 20 ? run + 1 : 0);
+  return {{"worst", std::ranges::max(mm)}, {"end", mm.back()}, {"steps_over_20", longest}};
 }
 
 bool may_sleep(const sim::SceneDescription& scene) {
@@ -101,6 +108,7 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
   double iterations = 0, residual = 0, penetration = 0;
   int capped = 0, inverted = 0, fragments = 0, splits = 0, contacts = 0, all_asleep_at = 1;
   Json invariants;
+  std::vector<double> depth_mm;
   for (int k = 0; k < options.steps; ++k) {
     const double start = now_ms();
     const sim::StepReport report = world.step();
@@ -125,6 +133,7 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     }
     inverted = std::max(inverted, inverted_now);
     if (options.invariants) append(world.invariants(), invariants);
+    if (options.depth) depth_mm.push_back(1000 * vertex_depth(world, scene));
     world.take_events();
     on_step(k + 1);
   }
@@ -141,6 +150,7 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     result["contacts_most"] = contacts;
   }
   if (scene.bodies.size() > 1) result["penetration_mm_worst"] = 1000 * penetration;
+  if (options.depth && options.steps > 0) result["vertex_depth_mm"] = depth_of(depth_mm);
   if (!options.tip.empty()) {
     const Vec3 tip = tip_displacement(world, scene, world.find(options.tip));
     result["tip"] = {tip.x(), tip.y(), tip.z()};

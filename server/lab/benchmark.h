@@ -11,6 +11,7 @@ struct BenchmarkOptions {
   int threads = 1;
   int steps = 100;
   bool invariants = false;
+  bool depth = false;  // vertex_depth.h
   std::string tip;    // body whose mean displacement at its x = max face is reported; empty: none
 };
 
@@ -22,6 +23,8 @@ struct BenchmarkOptions {
 // With `invariants` also {"invariants": {name: a list with an entry a step}}: "momentum", "angular_momentum" ([x, y, z]),
 // "kinetic", "elastic", "gravitational" [J] after the step, "contact_work", "command_work", "prescribed_work" [J] in it
 // (sim::Invariants). They are taken outside the time of the steps, but for a few per cent in "solve" and "rigid".
+// With `depth` also {"vertex_depth_mm": {"worst", "end", "steps_over_20"}} (vertex_depth.h); steps_over_20: most steps on end
+// whose depth was above 20 mm. Outside the time of the steps, too.
 // Stages are named as the lines of World::step. end: mean of the last ten steps. inverted: most tets at once that had
 // negative volume at a step's end. sleep: at the end, where the scene lets bodies sleep (or starts them so); all_asleep_at: the
 // step from which on nothing was live, if it ends so.

@@ -7,18 +7,16 @@
 
 namespace crumple::sim::contact {
 
-void share_mass(double mass, std::span<ContactRow> rows) {
-  double area = 0;
-  for (const ContactRow& row : rows) area += row.area;
-  for (ContactRow& row : rows) row.mass = mass * row.area / area;
-  if (!rows.empty()) rows.front().pair = 1;
-}
-
 namespace {
 
 // The paper's rule for fast bodies (section 6): they are looked at at every sixth of their diagonal on their way.
 constexpr double kFastPart = 1.0 / 6;
 constexpr int kMaxSamples = 16;
+
+// Contact of less than this part of V^(2/3) is as strong as of this: a corner or an edge, which comes with next to no area,
+// would else sink in until it has one (in the pile of 64 cubes of 1 m: 53 mm at rest instead of 13, at the same cost). Twice as
+// much leaves 9 mm, and heaps that creep on their corners for longer than 25 s.
+constexpr double kLeastPatch = 0.05;
 
 bool share_a_node(const Tet& a, const Tet& b) {
   return std::ranges::any_of(a, [&](int node) { return std::ranges::find(b, node) != b.end(); });
@@ -147,7 +145,18 @@ void Detector::meet_at(double s, const Unit& a, const Unit& b, std::vector<Conta
     meet_tets(s, {a, tet_a, near_a.shapes[i]}, {b, tet_b, near_b.shapes[j]}, share, found);
   }
   rows = std::move(found.surface.empty() ? found.buried : found.surface);
-  share_mass(share.mass, rows);
+  share_out(share, rows);
+}
+
+void Detector::share_out(const Share& share, std::span<ContactRow> rows) const {
+  if (rows.empty()) return;
+  double area = 0;
+  for (const ContactRow& row : rows) area += row.area;
+  for (ContactRow& row : rows) row.mass = share.mass * row.area / area;
+  rows.front().pair = 1;
+  const double least = kLeastPatch * std::cbrt(share.volume * share.volume);
+  if (in.settings.raw_damping || area >= least) return;
+  for (ContactRow& row : rows) row.c_n *= least / std::max(area, 1e-9 * least);
 }
 
 // Contact of two tets at part s of the step's way.

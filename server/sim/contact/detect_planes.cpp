@@ -40,7 +40,7 @@ void Detector::meet_plane(const Unit& unit, int plane, std::vector<ContactRow>& 
     finish(row, at.v[node], 1, depth, unit.mass, unit.component->volume);
     rows.push_back(row);
   }
-  share_mass(unit.mass, std::span(rows).subspan(first));
+  share_out({unit.mass, unit.component->volume}, std::span(rows).subspan(first));
 }
 
 // The paper's volumes.
@@ -61,7 +61,7 @@ void Detector::meet_plane_raw(const Unit& unit, int plane, std::vector<ContactRo
     finish(row, u, 1, depth, unit.mass, unit.component->volume);
     rows.push_back(row);
   }
-  share_mass(unit.mass, std::span(rows).subspan(first));
+  share_out({unit.mass, unit.component->volume}, std::span(rows).subspan(first));
 }
 
 }  // namespace crumple::sim::contact

@@ -40,7 +40,7 @@ void Detector::meet_itself(const Unit& unit, const ThreadPool& pool, std::vector
     rows.insert(rows.end(), taken.begin(), taken.end());
     if (!taken.empty()) ends.push_back(rows.size());
   }
-  share_mass(halves(unit).mass, rows);
+  share_out(halves(unit), rows);
   for (std::size_t k = 0; k + 1 < ends.size(); ++k) rows[ends[k]].pair = 1;
 }
 

@@ -92,11 +92,11 @@ struct Detector {
   Vec3 add_side(ContactRow& row, int side, double s, const Unit& unit, const CollisionTet& t, const Eigen::Vector4d& b) const;
   void set_rigid(ContactRow& row, int side, double s, const RigidMotion& rigid) const;
   void finish(ContactRow& row, const Vec3& u, double s, double depth, double mass, double volume) const;
+  // The rows of one pair of components share its reduced mass by area, and all are as strong as a patch of some size. The first
+  // one is marked for the numbering of pairs.
+  void share_out(const Share& share, std::span<ContactRow> rows) const;
   Mat34 at_start(const Unit& unit, const CollisionTet& t) const;
   void turn_back(ContactRow& row, const Vec3& u, const Mat34& a, const Mat34& b) const;
 };
-
-// The rows of one pair of components share its reduced mass by area. The first one is marked for the numbering of pairs.
-void share_mass(double mass, std::span<ContactRow> rows);
 
 }  // namespace crumple::sim::contact
