@@ -33,6 +33,11 @@ struct ExampleSet {
   // Graphical mesh in the asset's axes; carried by the tets. Empty: the tets' own surface is drawn.
   SurfaceMesh render;
 
+  // Weak and strong regions, one factor a vertex: alpha (eq. 8) and beta (eq. 4) of an impulse at vertex i are those of
+  // the body times these. Empty: 1 everywhere.
+  std::vector<double> alpha_scale;  // [-], [0, 1e6]
+  std::vector<double> beta_scale;   // [-], [0, 1e6]
+
   int vertex_count() const { return mesh.node_count(); }
   int bone_count() const { return static_cast<int>(W.cols()); }
   int example_count() const { return static_cast<int>(examples.size()); }
