@@ -179,8 +179,8 @@ Result<void> read_by_ourselves(const std::filesystem::path& file, Merger& merger
 
 Result<ImportedSurface> import_surface(const std::filesystem::path& file) {
   const std::string name = file.filename().string();
-  if (!has_ending(file, {".obj", ".gltf", ".glb", ".ply", ".stl", ".off"}))
-    return invalid(name, "is not a surface mesh file: its ending must be .obj, .gltf, .glb, .ply, .stl or .off");
+  if (!has_ending(file, {".obj", ".gltf", ".glb", ".ply", ".stl", ".off", ".fbx"}))
+    return invalid(name, "is not a surface mesh file: its ending must be .obj, .gltf, .glb, .ply, .stl, .off or .fbx");
   if (auto readable = check_file(file, kMaxMeshFileBytes); !readable) return std::unexpected(readable.error());
 
   Merger merger;

@@ -15,7 +15,7 @@ struct ImportedSurface {
   int merged_vertices = 0;       // vertices that lay exactly where another one was
 };
 
-// Reads a triangle surface: OBJ, glTF 2 (.gltf, .glb), PLY, STL or OFF, by the file's ending. All meshes of the file,
+// Reads a triangle surface: OBJ, glTF 2 (.gltf, .glb), PLY, STL, OFF or FBX, by the file's ending. All meshes of the file,
 // each as often as its scene places it and where it does (mirroring placements keep the outside outside); polygons are
 // triangulated, lines and points left out, equal positions merged. Colours, textures, skins and animations are not
 // looked at. Positions pass through single precision, except in PLY and OFF. Units are the file's: nothing is scaled.

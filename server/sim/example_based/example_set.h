@@ -21,6 +21,12 @@ struct Example {
   std::vector<BoneTransform> bones;  // B
 };
 
+// What an artist takes hold of: a bone by its name, and the point of it that rests there.
+struct Handle {
+  std::string name;
+  Vec3 position = Vec3::Zero();  // at rest, in the asset's axes [m]
+};
+
 // The authored, constant part of an example-based body: u, W and T of Jones et al. 2016, section 3.
 struct ExampleSet {
   TetMesh mesh;                   // u: undeformed vertices [m] in the asset's axes, N of them, and their tets
@@ -37,6 +43,9 @@ struct ExampleSet {
   // the body times these. Empty: 1 everywhere.
   std::vector<double> alpha_scale;  // [-], [0, 1e6]
   std::vector<double> beta_scale;   // [-], [0, 1e6]
+
+  // The bones as their artist knows them, for authoring only: B in the order of W's columns, or none.
+  std::vector<Handle> handles;
 
   int vertex_count() const { return mesh.node_count(); }
   int bone_count() const { return static_cast<int>(W.cols()); }
@@ -63,8 +72,8 @@ inline constexpr int kMaxBones = 1024;   // the paper's have 12 to 64
 
 // Rejects what `validate(TetMesh)` rejects, W of another size, outside [0, 1] by more than 1e-9 or with rows that do
 // not sum to 1 within 1e-6, no example, another number of bones, non-finite transforms, quaternions shorter than 1e-6,
-// convex parts that are empty, under four vertices or out of range, and a non-empty `render` that
-// `validate(SurfaceMesh)` rejects. `field` prefixes the error's path.
+// convex parts that are empty, under four vertices or out of range, handles of another number than bones or not finite,
+// and a non-empty `render` that `validate(SurfaceMesh)` rejects. `field` prefixes the error's path.
 Result<void> validate(const ExampleSet& set, const std::string& field);
 
 }  // namespace crumple::sim::example_based
