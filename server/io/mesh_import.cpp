@@ -143,8 +143,12 @@ void keep_readers_of(Assimp::Importer& importer, const std::string& ending) {
   }
 }
 
-Result<void> read_by_assimp(const std::filesystem::path& file, Merger& merger, std::vector<char>& used) {
-  const std::string name = file.filename().string();
+Result<void> read_by_assimp(const std::filesystem::path& given, Merger& merger, std::vector<char>& used) {
+  const std::string name = given.filename().string();
+  // Assimp garbles the names of side files where the path has "..".
+  std::error_code failure;
+  const std::filesystem::path folder = std::filesystem::canonical(given.has_parent_path() ? given.parent_path() : ".", failure);
+  const std::filesystem::path file = failure ? given : folder / given.filename();
   if (has_ending(file, {".gltf", ".glb"})) {
     const auto content = read_whole(file, kMaxMeshFileBytes);
     if (!content) return std::unexpected(content.error());

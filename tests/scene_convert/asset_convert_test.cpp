@@ -31,6 +31,7 @@ TEST(AssetConvert, AnExampleSetComesBackEqualInBothFormsOfItsWeights) {
   const auto made = authoring::make_barrel_asset(coarse);
   ASSERT_TRUE(made) << made.error().text();
   sim::example_based::ExampleSet set = *made;
+  for (int b = 0; b < set.bone_count(); ++b) set.handles.push_back({"bone " + std::to_string(b), Vec3(b, 1.0 / 3, -b)});
   for (const bool sparse : {false, true}) {
     if (sparse) {
       set.W.setZero();
@@ -46,6 +47,11 @@ TEST(AssetConvert, AnExampleSetComesBackEqualInBothFormsOfItsWeights) {
     EXPECT_EQ(back->W, set.W);
     EXPECT_EQ(back->convex_parts, set.convex_parts);
     EXPECT_EQ(back->render.vertices, set.render.vertices);
+    ASSERT_EQ(back->handles.size(), set.handles.size());
+    for (std::size_t b = 0; b < set.handles.size(); ++b) {
+      EXPECT_EQ(back->handles[b].name, set.handles[b].name);
+      EXPECT_EQ(back->handles[b].position, set.handles[b].position);
+    }
     ASSERT_EQ(back->example_count(), set.example_count());
     for (int e = 0; e < set.example_count(); ++e) {
       EXPECT_EQ(back->examples[e].name, set.examples[e].name);
