@@ -19,13 +19,13 @@ namespace {
 using sim::example_based::BoneTransform;
 using sim::example_based::Example;
 using sim::example_based::ExampleSet;
-using sim::example_based::Handle;
+using NamedHandle = sim::example_based::Handle;
 using sim::example_based::kMaxBones;
 using sim::example_based::kMaxExamples;
 
-std::vector<Vec3> points(const std::vector<Handle>& handles) {
+std::vector<Vec3> points(const std::vector<NamedHandle>& handles) {
   std::vector<Vec3> out;
-  for (const Handle& handle : handles) out.push_back(handle.position);
+  for (const NamedHandle& handle : handles) out.push_back(handle.position);
   return out;
 }
 
@@ -64,9 +64,9 @@ Result<void> check(const ArtistMesh& mesh, const RigOptions& o) {
 }
 
 // Of the mesh, of the options, and automatic ones; report counts them.
-Result<std::vector<Handle>> all_handles(const ArtistMesh& mesh, const RigOptions& o, const sim::TetMesh& tets,
+Result<std::vector<NamedHandle>> all_handles(const ArtistMesh& mesh, const RigOptions& o, const sim::TetMesh& tets,
                                         const std::vector<int>& surface, const RigMethods& methods, RigReport& report) {
-  std::vector<Handle> handles = mesh.handles;
+  std::vector<NamedHandle> handles = mesh.handles;
   handles.insert(handles.end(), o.handles.begin(), o.handles.end());
   for (std::size_t a = 0; a < handles.size(); ++a) {
     if (!handles[a].position.allFinite()) return invalid(text("handles[", a, "].position"), "is not finite");
@@ -79,7 +79,7 @@ Result<std::vector<Handle>> all_handles(const ArtistMesh& mesh, const RigOptions
   const std::vector<Vec3> given = points(handles);
   for (const Vec3& p : methods.place(tets, surface, given, wanted)) {
     std::string name = text("auto ", ++report.automatic_handles);
-    while (std::ranges::any_of(handles, [&](const Handle& h) { return h.name == name; })) name += "'";
+    while (std::ranges::any_of(handles, [&](const NamedHandle& h) { return h.name == name; })) name += "'";
     handles.push_back({name, p});
   }
   if (handles.empty()) return invalid("automatic_handles", "is 0 and no handle is given, must be at least 1");
@@ -89,10 +89,10 @@ Result<std::vector<Handle>> all_handles(const ArtistMesh& mesh, const RigOptions
 }
 
 // Handles that lie off the surface by more than a fifth of its size act on nothing in particular.
-void warn_of_far_handles(const sim::SurfaceMesh& surface, const std::vector<Handle>& handles, RigReport& report) {
+void warn_of_far_handles(const sim::SurfaceMesh& surface, const std::vector<NamedHandle>& handles, RigReport& report) {
   Eigen::AlignedBox3d box;
   for (const Vec3& p : surface.vertices) box.extend(p);
-  for (const Handle& h : handles)
+  for (const NamedHandle& h : handles)
     if (box.exteriorDistance(h.position) > 0.2 * box.diagonal().norm())
       report.warnings.push_back(
           text("handle \"", h.name, "\" is ", box.exteriorDistance(h.position), " m outside of the surface's box"));
@@ -155,7 +155,7 @@ Result<Example> named_pose(const ExampleSet& set, const NamedPose& pose, const R
   for (std::size_t m = 0; m < pose.moves.size(); ++m) {
     const HandleMove& move = pose.moves[m];
     const std::string field = text("poses[\"", pose.name, "\"].moves[", m, "]");
-    const auto at = std::ranges::find(set.handles, move.handle, &Handle::name);
+    const auto at = std::ranges::find(set.handles, move.handle, &NamedHandle::name);
     if (at == set.handles.end())
       return invalid(field + ".handle", "is \"" + move.handle + "\", which is no handle of the asset");
     const Vec3 place = move.position.value_or(at->position);
