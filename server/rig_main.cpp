@@ -56,7 +56,8 @@ struct Outputs {
                                asset_required ? "the asset file: binary, or JSON if it ends in .json"
                                               : "another asset file; default: the same");
     if (asset_required) out->required();
-    app.add_option("--picture", picture, "an SVG of the rest shape, its handles and each example");
+    app.add_option("--picture", picture,
+                   "a .png, or an .svg with names, of the rest shape, its handles and each example");
     app.add_option("--scene", scene, "a scene file that drops the asset; the asset lies in its folder or below");
     app.add_option("--gltf", gltf,
                    "a .glb of surface, skin with the top eight weights, examples as animations, regions as colours");
@@ -74,7 +75,10 @@ struct Outputs {
     if (auto written = io::write_asset({name, set}, asset); !written) return written;
     result["asset"] = asset;
     if (!picture.empty()) {
-      if (auto written = io::write_file(picture, rig::rig_picture(set)); !written) return written;
+      if (auto written =
+              io::write_file(picture, io::has_ending(picture, {".png"}) ? rig::rig_png(set) : rig::rig_svg(set));
+          !written)
+        return written;
       result["picture"] = picture;
     }
     if (!scene.empty()) {

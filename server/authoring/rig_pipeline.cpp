@@ -65,7 +65,8 @@ Result<void> check(const ArtistMesh& mesh, const RigOptions& o) {
 
 // Of the mesh, of the options, and automatic ones; report counts them.
 Result<std::vector<NamedHandle>> all_handles(const ArtistMesh& mesh, const RigOptions& o, const sim::TetMesh& tets,
-                                        const std::vector<int>& surface, const RigMethods& methods, RigReport& report) {
+                                             const std::vector<int>& surface, const RigMethods& methods,
+                                             RigReport& report) {
   std::vector<NamedHandle> handles = mesh.handles;
   handles.insert(handles.end(), o.handles.begin(), o.handles.end());
   for (std::size_t a = 0; a < handles.size(); ++a) {

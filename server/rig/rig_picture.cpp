@@ -2,7 +2,9 @@
 
 #include "common/text.h"
 #include "server/authoring/rig_methods.h"
+#include "server/io/png_writer.h"
 #include "server/lab/scene_picture.h"
+#include "server/rig/raster.h"
 #include "server/sim/mesh/embedding.h"
 
 #include <algorithm>
@@ -55,18 +57,18 @@ std::string xml(const std::string& words) {
   return out;
 }
 
+struct Tile {
+  Topology topology;
+  Frame frame;
+  std::string caption;
+};
+
 struct Sheet {
   lab::Camera camera;
-  std::string svg;
-  int tiles = 0;
+  std::vector<Tile> tiles;
 
-  void add(const Topology& topology, const Frame& frame, const std::string& caption) {
-    const int x = kTile * (tiles % kColumns), y = (kTile + kCaption) * (tiles / kColumns);
-    svg += lab::svg_tile(topology, frame, camera, x, y, kTile, kTile);
-    svg += text("<text x=\"", x + 10, "\" y=\"", y + kTile + 16,
-                "\" font-family=\"sans-serif\" font-size=\"14\" fill=\"#222\">", xml(caption), "</text>\n");
-    ++tiles;
-  }
+  int columns() const { return std::min(static_cast<int>(tiles.size()), kColumns); }
+  int rows() const { return (static_cast<int>(tiles.size()) + kColumns - 1) / kColumns; }
 };
 
 void add_markers(const ExampleSet& set, double size, Topology& topology, Frame& frame) {
@@ -88,9 +90,7 @@ void add_markers(const ExampleSet& set, double size, Topology& topology, Frame& 
   frame.bodies.push_back(std::move(at));
 }
 
-}  // namespace
-
-std::string rig_picture(const ExampleSet& set) {
+Sheet sheet_of(const ExampleSet& set) {
   const Drawn drawn(set);
   std::vector<std::vector<Vec3>> shapes;
   for (const auto& example : set.examples)
@@ -106,8 +106,7 @@ std::string rig_picture(const ExampleSet& set) {
   Sheet sheet{
       .camera = {.eye = box.center() + 0.54 * size / std::tan(kFieldOfView / 2) * Vec3(0.62, 0.42, 0.9).normalized(),
                  .target = box.center(),
-                 .field_of_view = kFieldOfView},
-      .svg = {}};
+                 .field_of_view = kFieldOfView}};
 
   Topology topology;
   BodyTopology body;
@@ -123,7 +122,7 @@ std::string rig_picture(const ExampleSet& set) {
     frame.bodies.resize(1);
     frame.bodies[0].positions = body.vertices;
     add_markers(set, 0.012 * size, with_handles, frame);
-    sheet.add(with_handles, frame, text(set.bone_count(), " handles"));
+    sheet.tiles.push_back({with_handles, frame, text(set.bone_count(), " handles")});
   }
   for (std::size_t e = 0; e < shapes.size(); ++e) {
     Frame frame;
@@ -132,12 +131,38 @@ std::string rig_picture(const ExampleSet& set) {
     for (std::size_t i = 0; i < shapes[e].size(); ++i)
       frame.bodies[0].values.push_back(largest > 0 ? static_cast<float>((shapes[e][i] - shapes[0][i]).norm() / largest)
                                                    : 0.0f);
-    sheet.add(topology, frame, set.examples[e].name);
+    sheet.tiles.push_back({topology, frame, set.examples[e].name});
   }
-  const int width = kTile * std::min(sheet.tiles, kColumns),
-            height = (kTile + kCaption) * ((sheet.tiles + kColumns - 1) / kColumns);
-  return text("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"", width, "\" height=\"", height,
-              "\">\n<rect width=\"", width, "\" height=\"", height, "\" fill=\"#f4f5f7\"/>\n", sheet.svg, "</svg>\n");
+  return sheet;
+}
+
+}  // namespace
+
+std::string rig_svg(const ExampleSet& set) {
+  const Sheet sheet = sheet_of(set);
+  const int width = kTile * sheet.columns(), height = (kTile + kCaption) * sheet.rows();
+  std::string svg = text("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"", width, "\" height=\"", height,
+                         "\">\n<rect width=\"", width, "\" height=\"", height, "\" fill=\"#f4f5f7\"/>\n");
+  for (std::size_t k = 0; k < sheet.tiles.size(); ++k) {
+    const Tile& tile = sheet.tiles[k];
+    const int x = kTile * (static_cast<int>(k) % kColumns), y = (kTile + kCaption) * (static_cast<int>(k) / kColumns);
+    svg += lab::svg_tile(tile.topology, tile.frame, sheet.camera, x, y, kTile, kTile);
+    svg += text("<text x=\"", x + 10, "\" y=\"", y + kTile + 16,
+                "\" font-family=\"sans-serif\" font-size=\"14\" fill=\"#222\">", xml(tile.caption), "</text>\n");
+  }
+  return svg + "</svg>\n";
+}
+
+std::string rig_png(const ExampleSet& set) {
+  const Sheet sheet = sheet_of(set);
+  const int width = kTile * sheet.columns(), height = kTile * sheet.rows();
+  Raster raster(width, height, {0xf4, 0xf5, 0xf7});
+  for (std::size_t k = 0; k < sheet.tiles.size(); ++k) {
+    const Tile& tile = sheet.tiles[k];
+    raster.draw(lab::patches(tile.topology, tile.frame, sheet.camera, kTile, kTile),
+                kTile * (static_cast<int>(k) % kColumns), kTile * (static_cast<int>(k) / kColumns), kTile, kTile);
+  }
+  return io::png_of(raster.rgb(), width, height);
 }
 
 }  // namespace crumple::rig

@@ -6,7 +6,8 @@
 
 namespace crumple::rig {
 
-// An SVG: the body with its handles, then each example from the same side, red by how far it is moved. Four in a row.
-std::string rig_picture(const sim::example_based::ExampleSet& set);
+// The body with its handles, then each example from the same side, red by how far it is moved; four in a row.
+std::string rig_svg(const sim::example_based::ExampleSet& set);  // with the examples' names
+std::string rig_png(const sim::example_based::ExampleSet& set);  // without
 
 }  // namespace crumple::rig

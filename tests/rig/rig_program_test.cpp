@@ -130,6 +130,7 @@ TEST(RigProgram, ExitsWithTwoOnBadInputAndWritesNothing) {
                                              {mesh, "--out", out, "--crushed", "sometimes"},
                                              {mesh, "--out", out, "--picture", "a.bmp"},
                                              {mesh, "--out", out, "--auto", "0"},
+                                             {mesh, "--out", out, "--gltf", "a.gltf"},
                                              {"pose", mesh, "--name", "a", "--handle", "b", "0", "0", "0"},
                                              {"crush", mesh, "--out", out, "--depth", "2"},
                                              {"crush", mesh, "--out", out, "--side", "up"},
