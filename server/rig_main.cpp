@@ -64,8 +64,8 @@ struct Outputs {
   }
 
   Result<void> check() const {
-    if (!picture.empty() && !io::has_ending(picture, {".svg"}))
-      return invalid("picture", "is " + picture + ", must end in .svg");
+    if (!picture.empty() && !io::has_ending(picture, {".png", ".svg"}))
+      return invalid("picture", "is " + picture + ", must end in .png or .svg");
     if (!gltf.empty() && !io::has_ending(gltf, {".glb"})) return invalid("gltf", "is " + gltf + ", must end in .glb");
     return {};
   }

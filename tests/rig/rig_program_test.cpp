@@ -52,6 +52,11 @@ TEST(RigProgram, MakesAnAssetAPictureASceneAndAGltf) {
   EXPECT_LE(result["tets"], 400);
   EXPECT_EQ(result["examples"].size(), 6u);
   EXPECT_THAT(content_of(at("block.svg")), HasSubstr(">crushed_max_z</text>"));
+  ASSERT_EQ(run({"pose", at("block.crumple-asset"), "--name", "a", "--handle", "auto 1", "0", "0", "0", "--picture",
+                 at("block.png")})
+                .first,
+            0);
+  EXPECT_THAT(content_of(at("block.png")), testing::StartsWith("\x89PNG"));
   const auto back = io::import_artist_mesh(at("block.glb"));
   ASSERT_TRUE(back) << back.error().text();
   EXPECT_EQ(back->handles.size(), 8u);
