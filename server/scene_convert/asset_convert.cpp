@@ -126,6 +126,8 @@ Result<ExampleSet> to_example_set(const v1::ExampleSet& message, const std::stri
     if (!render) return std::unexpected(render.error());
     set.render = *std::move(render);
   }
+  set.alpha_scale.assign(message.alpha_scale().begin(), message.alpha_scale().end());
+  set.beta_scale.assign(message.beta_scale().begin(), message.beta_scale().end());
   return checked(std::move(set), field);
 }
 
@@ -161,6 +163,8 @@ v1::ExampleSet to_message(const ExampleSet& set) {
   for (const std::vector<int>& part : set.convex_parts)
     message.add_convex_parts()->mutable_vertices()->Add(part.begin(), part.end());
   if (!set.render.vertices.empty()) *message.mutable_render() = to_message(set.render);
+  message.mutable_alpha_scale()->Add(set.alpha_scale.begin(), set.alpha_scale.end());
+  message.mutable_beta_scale()->Add(set.beta_scale.begin(), set.beta_scale.end());
   return message;
 }
 

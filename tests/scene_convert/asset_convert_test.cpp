@@ -31,6 +31,8 @@ TEST(AssetConvert, AnExampleSetComesBackEqualInBothFormsOfItsWeights) {
   const auto made = authoring::make_barrel_asset(coarse);
   ASSERT_TRUE(made) << made.error().text();
   sim::example_based::ExampleSet set = *made;
+  set.alpha_scale.assign(set.vertex_count(), 0.25);
+  for (int i = 0; i < set.vertex_count(); ++i) set.beta_scale.push_back(1 + 0.5 * i);
   for (const bool sparse : {false, true}) {
     if (sparse) {
       set.W.setZero();
@@ -45,6 +47,8 @@ TEST(AssetConvert, AnExampleSetComesBackEqualInBothFormsOfItsWeights) {
     EXPECT_EQ(back->mesh.X, set.mesh.X);
     EXPECT_EQ(back->W, set.W);
     EXPECT_EQ(back->convex_parts, set.convex_parts);
+    EXPECT_EQ(back->alpha_scale, set.alpha_scale);
+    EXPECT_EQ(back->beta_scale, set.beta_scale);
     EXPECT_EQ(back->render.vertices, set.render.vertices);
     ASSERT_EQ(back->example_count(), set.example_count());
     for (int e = 0; e < set.example_count(); ++e) {
@@ -55,6 +59,17 @@ TEST(AssetConvert, AnExampleSetComesBackEqualInBothFormsOfItsWeights) {
       }
     }
   }
+}
+
+TEST(AssetConvert, ScalesOfAlphaAndBetaAreCheckedUnderTheirNames) {
+  authoring::BarrelAsset coarse;
+  coarse.cell_size = 0.3;
+  v1::ExampleSet message = to_message(*authoring::make_barrel_asset(coarse));
+  EXPECT_EQ(message.alpha_scale_size(), 0);
+  message.add_beta_scale(2);
+  const auto back = to_example_set(message, "asset");
+  ASSERT_FALSE(back);
+  EXPECT_EQ(back.error().field, "asset.beta_scale");
 }
 
 TEST(AssetConvert, PathsOfErrorsUseTheNamesOfTheMessage) {
