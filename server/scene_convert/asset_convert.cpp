@@ -145,6 +145,8 @@ Result<ExampleSet> to_example_set(const v1::ExampleSet& message, const std::stri
   auto handles = to_handles(message.handles(), field + ".handles");
   if (!handles) return std::unexpected(handles.error());
   set.handles = *std::move(handles);
+  set.alpha_scale.assign(message.alpha_scale().begin(), message.alpha_scale().end());
+  set.beta_scale.assign(message.beta_scale().begin(), message.beta_scale().end());
   return checked(std::move(set), field);
 }
 
@@ -185,6 +187,8 @@ v1::ExampleSet to_message(const ExampleSet& set) {
     *h->mutable_position() = to_message(handle.position);
   }
   if (!set.render.vertices.empty()) *message.mutable_render() = to_message(set.render);
+  message.mutable_alpha_scale()->Add(set.alpha_scale.begin(), set.alpha_scale.end());
+  message.mutable_beta_scale()->Add(set.beta_scale.begin(), set.beta_scale.end());
   return message;
 }
 

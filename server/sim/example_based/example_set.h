@@ -47,6 +47,8 @@ struct ExampleSet {
   // The bones as their artist knows them, for authoring only: B in the order of W's columns, or none.
   std::vector<Handle> handles;
 
+  double alpha_scale_at(int i) const { return alpha_scale.empty() ? 1 : alpha_scale[i]; }
+  double beta_scale_at(int i) const { return beta_scale.empty() ? 1 : beta_scale[i]; }
   int vertex_count() const { return mesh.node_count(); }
   int bone_count() const { return static_cast<int>(W.cols()); }
   int example_count() const { return static_cast<int>(examples.size()); }
@@ -67,13 +69,15 @@ struct ExampleParameters {
 };
 
 // Size limits of what the server accepts.
+inline constexpr double kMaxRegionScale = 1e6;  // of alpha and beta
 inline constexpr int kMaxExamples = 64;  // the paper's bodies have 3 to 6
 inline constexpr int kMaxBones = 1024;   // the paper's have 12 to 64
 
 // Rejects what `validate(TetMesh)` rejects, W of another size, outside [0, 1] by more than 1e-9 or with rows that do
 // not sum to 1 within 1e-6, no example, another number of bones, non-finite transforms, quaternions shorter than 1e-6,
 // convex parts that are empty, under four vertices or out of range, handles of another number than bones or not finite,
-// and a non-empty `render` that `validate(SurfaceMesh)` rejects. `field` prefixes the error's path.
+// scales of alpha or beta of another number than the vertices or outside [0, 1e6], and a non-empty `render` that
+// `validate(SurfaceMesh)` rejects. `field` prefixes the error's path.
 Result<void> validate(const ExampleSet& set, const std::string& field);
 
 }  // namespace crumple::sim::example_based
