@@ -1,14 +1,11 @@
 // crumple-rig: from an artist's mesh to an example-based asset (Jones et al. 2016, section 4).
 // Exit: 0 done; 2 bad input; 1 anything else.
 #include "server/io/asset_file.h"
-#include "server/io/gltf_export.h"
 #include "server/io/mesh_file.h"
 #include "server/io/rig_import.h"
-#include "server/io/write_file.h"
 #include "server/rig/crush.h"
-#include "server/rig/drop_scene.h"
 #include "server/rig/rig_files.h"
-#include "server/rig/rig_picture.h"
+#include "server/rig/rig_outputs.h"
 #include "server/rig/rig_summary.h"
 
 #include <CLI/CLI.hpp>
@@ -26,7 +23,21 @@ using sim::example_based::ExampleSet;
 
 namespace {
 
-int fail(const Error& error, const std::string& file = "") {
+// The option that sets a field of the library's.
+std::string option_of(const std::string& field) {
+  constexpr std::pair<const char*, const char*> kOptions[] = {
+      {"cell_size", "--cell-size"},       {"tet_budget", "--tets"},
+      {"automatic_handles", "--auto"},    {"painted_weights", "--painted-weights"},
+      {"painted_regions", "--regions"},   {"crush_depth", "--crush-depth"},
+      {"convex_parts", "--convex-parts"}, {"depth", "--depth"},
+      {"yield_strain", "--yield"}};
+  for (const auto& [name, option] : kOptions)
+    if (field == name) return option;
+  return field;
+}
+
+int fail(Error error, const std::string& file = "") {
+  error.field = option_of(error.field);
   const std::string said = error.text();
   const bool named = file.empty() || said.find(std::filesystem::path(file).filename().string()) != std::string::npos;
   std::cerr << "crumple-rig: " << said << (named ? "" : " (" + file + ")") << "\n";
@@ -47,57 +58,14 @@ class ProgressBar {
   bool terminal_ = isatty(STDERR_FILENO) != 0;
 };
 
-// Where results go, for every command.
-struct Outputs {
-  std::string asset, picture, scene, gltf;
-
-  void add_to(CLI::App& app, bool asset_required) {
-    auto* out = app.add_option("--out", asset,
-                               asset_required ? "the asset file: binary, or JSON if it ends in .json"
-                                              : "another asset file; default: the same");
-    if (asset_required) out->required();
-    app.add_option("--picture", picture,
-                   "a .png, or an .svg with names, of the rest shape, its handles and each example");
-    app.add_option("--scene", scene, "a scene file that drops the asset; the asset lies in its folder or below");
-    app.add_option("--gltf", gltf,
-                   "a .glb of surface, skin with the top eight weights, examples as animations, regions as colours");
-  }
-
-  Result<void> check() const {
-    if (!picture.empty() && !io::has_ending(picture, {".png", ".svg"}))
-      return invalid("picture", "is " + picture + ", must end in .png or .svg");
-    if (!gltf.empty() && !io::has_ending(gltf, {".glb"})) return invalid("gltf", "is " + gltf + ", must end in .glb");
-    return {};
-  }
-
-  Result<void> write(const ExampleSet& set, json& result) const {
-    const auto name = std::filesystem::path(asset).stem().string();
-    if (auto written = io::write_asset({name, set}, asset); !written) return written;
-    result["asset"] = asset;
-    if (!picture.empty()) {
-      if (auto written =
-              io::write_file(picture, io::has_ending(picture, {".png"}) ? rig::rig_png(set) : rig::rig_svg(set));
-          !written)
-        return written;
-      result["picture"] = picture;
-    }
-    if (!scene.empty()) {
-      const auto content = rig::drop_scene(set, asset, scene);
-      if (!content) return std::unexpected(content.error());
-      if (auto written = io::write_file(scene, *content); !written) return written;
-      result["scene"] = scene;
-    }
-    if (!gltf.empty()) {
-      std::vector<std::string> notes;
-      const auto content = io::gltf_of(set, notes);
-      if (!content) return std::unexpected(content.error());
-      if (auto written = io::write_file(gltf, *content); !written) return written;
-      result["gltf"] = gltf;
-      for (const auto& note : notes) result["warnings"].push_back(note);
-    }
-    return {};
-  }
-};
+void add_outputs(CLI::App& app, rig::RigOutputs& outputs, const std::string& of_asset) {
+  app.add_option("--out", outputs.asset, of_asset);
+  app.add_option("--picture", outputs.picture,
+                 "a .png, or an .svg with names, of the rest shape, its handles and each example");
+  app.add_option("--scene", outputs.scene, "a .json scene that drops the asset; the asset lies in its folder or below");
+  app.add_option("--gltf", outputs.gltf,
+                 "a .glb of surface, skin with the top eight weights, examples as animations, regions as colours");
+}
 
 Result<ExampleSet> read_set(const std::string& file) {
   auto asset = io::read_asset(file);
@@ -161,9 +129,9 @@ struct MakeCommand {
     return made;
   }
 
-  int run(const Outputs& outputs) {
-    if (mesh.empty()) return fail(invalid("MESH", "is missing, must be a mesh file (see --help)").error());
-    if (auto valid = outputs.check(); !valid) return fail(valid.error());
+  int run(const rig::RigOutputs& outputs) {
+    if (mesh.empty()) return fail(invalid("mesh", "is missing, must be a mesh file (see --help)").error());
+    if (auto valid = outputs.check({mesh, handles, poses}); !valid) return fail(valid.error());
     ProgressBar progress;
     const auto made = make(progress);
     if (!made) return fail(made.error(), mesh);
@@ -185,9 +153,9 @@ struct PoseCommand {
     app.add_option("--turn", turns, "NAME X Y Z: how it turns, axis times angle [degrees]");
   }
 
-  int run(Outputs outputs) const {
+  int run(rig::RigOutputs outputs) const {
     if (outputs.asset.empty()) outputs.asset = asset;
-    if (auto valid = outputs.check(); !valid) return fail(valid.error());
+    if (auto valid = outputs.check({}); !valid) return fail(valid.error());
     auto set = read_set(asset);
     if (!set) return fail(set.error(), asset);
     authoring::NamedPose pose{name, {}};
@@ -198,14 +166,15 @@ struct PoseCommand {
     };
     for (const auto& [handle, x, y, z] : moves) {
       auto& move = move_of(handle);
-      if (move.position) return fail(invalid("handle", "\"" + handle + "\" is moved twice").error());
+      if (move.position) return fail(invalid("--handle", "\"" + handle + "\" is moved twice").error());
       move.position = Vec3(x, y, z);
     }
     for (const auto& [handle, x, y, z] : turns) {
       const Vec3 turn = Vec3(x, y, z) * (M_PI / 180);
       if (turn.norm() > 0) move_of(handle).rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized());
     }
-    if (pose.moves.empty()) return fail(invalid("handle", "is missing, must name a handle and where it goes").error());
+    if (pose.moves.empty())
+      return fail(invalid("--handle", "is missing, must name a handle and where it goes").error());
     if (auto added = authoring::add_held_pose(*set, pose); !added) return fail(added.error(), asset);
     json result = rig::summary(*set);
     if (auto written = outputs.write(*set, result); !written) return fail(written.error());
@@ -236,12 +205,13 @@ struct CrushCommand {
     make.add_to(app);
   }
 
-  int run(Outputs outputs) {
+  int run(rig::RigOutputs outputs) {
     ProgressBar progress;
     const bool is_asset = io::has_ending(make.mesh, {".crumple-asset", ".json"});
     if (outputs.asset.empty() && is_asset) outputs.asset = make.mesh;
-    if (outputs.asset.empty()) return fail(invalid("out", "is missing, must name the asset file").error());
-    if (auto valid = outputs.check(); !valid) return fail(valid.error());
+    if (outputs.asset.empty()) return fail(invalid("--out", "is missing, must name the asset file").error());
+    const std::string mesh = is_asset ? "" : make.mesh;
+    if (auto valid = outputs.check({mesh, make.handles, make.poses}); !valid) return fail(valid.error());
     json result;
     ExampleSet set;
     if (is_asset) {
@@ -288,20 +258,20 @@ int main(int argc, char** argv) {
       "else."};
   app.require_subcommand(0, 1);
   MakeCommand make;
-  Outputs outputs, pose_outputs, crush_outputs;
+  rig::RigOutputs outputs, pose_outputs, crush_outputs;
   app.add_option("mesh", make.mesh, "the artist's mesh");
   make.add_to(app);
-  outputs.add_to(app, false);
+  add_outputs(app, outputs, "the asset file, required: .crumple-asset, or JSON if it ends in .json");
 
   PoseCommand pose;
   auto* p = app.add_subcommand("pose", "adds an example by moving handles of an asset");
   pose.add_to(*p);
-  pose_outputs.add_to(*p, false);
+  add_outputs(*p, pose_outputs, "another asset file; default: the same");
 
   CrushCommand crush;
   auto* c = app.add_subcommand("crush", "adds examples by pressing sides in, simulated by finite elements");
   crush.add_to(*c);
-  crush_outputs.add_to(*c, false);
+  add_outputs(*c, crush_outputs, "the asset file; default: the same, where an asset is given");
 
   std::string shown;
   auto* s = app.add_subcommand("show", "prints an asset's handles and examples");
@@ -320,6 +290,6 @@ int main(int argc, char** argv) {
     std::cout << rig::summary(*set).dump(2) << "\n";
     return 0;
   }
-  if (outputs.asset.empty()) return fail(invalid("out", "is missing, must name the asset file").error());
+  if (outputs.asset.empty()) return fail(invalid("--out", "is missing, must name the asset file").error());
   return make.run(outputs);
 }

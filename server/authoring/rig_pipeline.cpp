@@ -44,6 +44,11 @@ Result<void> room_for(const ExampleSet& set, const std::string& name, const std:
 
 Result<void> check(const ArtistMesh& mesh, const RigOptions& o) {
   const std::size_t V = mesh.surface.vertices.size();
+  Eigen::AlignedBox3d box;
+  for (const Vec3& p : mesh.surface.vertices) box.extend(p);
+  if (V > 0 && o.enclosing.cell_size > box.sizes().maxCoeff())
+    return invalid("cell_size", text("is ", o.enclosing.cell_size, " m, must be at most ", box.sizes().maxCoeff(),
+                                     " m, the surface's longest side"));
   if (!(o.crush_depth > 0 && o.crush_depth <= 0.6))
     return invalid("crush_depth", text("is ", o.crush_depth, ", must be in (0, 0.6]"));
   if (o.convex_parts < 0 || o.convex_parts > 64)
@@ -83,6 +88,9 @@ Result<std::vector<NamedHandle>> all_handles(const ArtistMesh& mesh, const RigOp
     while (std::ranges::any_of(handles, [&](const NamedHandle& h) { return h.name == name; })) name += "'";
     handles.push_back({name, p});
   }
+  if (report.automatic_handles < wanted)
+    report.warnings.push_back(text("only ", report.automatic_handles, " of ", wanted,
+                                   " automatic handles are there: the tets have no more places on their surface"));
   if (handles.empty()) return invalid("automatic_handles", "is 0 and no handle is given, must be at least 1");
   if (handles.size() > static_cast<std::size_t>(kMaxBones))
     return invalid("handles", text("are ", handles.size(), " with automatic ones, must be at most ", kMaxBones));
@@ -129,19 +137,22 @@ void paint_regions(const std::vector<Vec3>& colours, const SurfaceTransfer& to_n
     report.warnings.push_back("the vertex colours are one colour everywhere: all of it is equally weak");
 }
 
-void count_outside(const ExampleSet& set, RigReport& report) {
-  const sim::Embedding embedding = sim::embed(set.render.vertices, set.mesh);
-  std::vector<int> outside;
-  for (std::size_t v = 0; v < embedding.tet.size(); ++v)
-    if (embedding.weights[v].minCoeff() < -1e-6) outside.push_back(static_cast<int>(v));
-  report.vertices_outside = static_cast<int>(outside.size());
-  if (outside.empty()) return;
-  sim::SurfaceMesh hull{set.mesh.X, {}};
-  for (const sim::SurfaceFace& face : sim::surface_faces(set.mesh.tets)) hull.triangles.push_back(face.nodes);
-  const SurfaceDistance distance(hull);
-  for (const int v : outside)
-    report.farthest_outside =
-        std::max(report.farthest_outside, distance(set.render.vertices[static_cast<std::size_t>(v)]));
+// Tets that enclose all vertices, and the nodes that the body collides by.
+using Body = std::pair<sim::TetMesh, std::vector<int>>;
+
+Body lattice_of(const EnclosingMesh& enclosing) { return {enclosing.mesh, surface_nodes(enclosing.mesh.tets)}; }
+
+Body drawn_onto(const EnclosingMesh& enclosing, const sim::SurfaceMesh& surface, RigReport& report) {
+  const double h = enclosing.report.cell_size;
+  sim::TetMesh tets = fitted_to_surface(enclosing, surface);
+  std::vector<int> solid = nodes_at_solid(tets, surface, 0.1 * h);
+  if (solid.size() < 4) solid = surface_nodes(tets.tets);
+  tets = pushed_around_vertices(std::move(tets), surface, h);
+  const std::size_t outside = outside_vertices(tets, surface.vertices).size();
+  if (outside == 0) return {std::move(tets), std::move(solid)};
+  report.warnings.push_back(text("tets drawn onto the surface would leave ", outside, " of ", report.vertices,
+                                 " vertices outside: they stay those of the lattice; smaller cells help"));
+  return lattice_of(enclosing);
 }
 
 // A pose of the first handles; the automatic ones follow.
@@ -152,6 +163,7 @@ Example completed(const ExampleSet& set, const Example& given, const RigMethods&
 }
 
 Result<Example> named_pose(const ExampleSet& set, const NamedPose& pose, const RigMethods& methods) {
+  if (pose.moves.empty()) return invalid("poses[\"" + pose.name + "\"].moves", "is empty, must name a handle");
   PartialPose partial(set.handles.size());
   for (std::size_t m = 0; m < pose.moves.size(); ++m) {
     const HandleMove& move = pose.moves[m];
@@ -248,22 +260,16 @@ Result<RiggedAsset> make_asset(const ArtistMesh& mesh, const RigOptions& o, cons
   report.vertices = static_cast<int>(mesh.surface.vertices.size());
   report.triangles = static_cast<int>(mesh.surface.triangles.size());
   set.render = mesh.surface;
-  set.mesh = enclosed->mesh;
-  count_outside(set, report);
-  report.vertices_enclosed = report.vertices - std::exchange(report.vertices_outside, 0);
-  report.farthest_outside = 0;
 
   stage(0.3, "fitting the tets to the surface");
-  if (!o.keep_lattice) set.mesh = fitted_to_surface(*enclosed, mesh.surface);
+  auto [tets, surface] = o.keep_lattice ? lattice_of(*enclosed) : drawn_onto(*enclosed, mesh.surface, report);
+  set.mesh = std::move(tets);
   report.nodes = set.mesh.node_count();
   report.tets = set.mesh.tet_count();
-  if (!o.keep_lattice) count_outside(set, report);
+  report.vertices_enclosed = report.vertices - static_cast<int>(outside_vertices(set.mesh, set.render.vertices).size());
   if (report.enclosing.bodies > 1)
     report.warnings.push_back(text("the tets are ", report.enclosing.bodies,
                                    " parts that do not hang together; a larger cell size joins them"));
-  const std::vector<int> surface = o.keep_lattice
-                                       ? surface_nodes(set.mesh.tets)
-                                       : nodes_at_solid(set.mesh, mesh.surface, 0.1 * report.enclosing.cell_size);
 
   stage(0.45, "placing handles");
   auto handles = all_handles(mesh, o, set.mesh, surface, methods, report);

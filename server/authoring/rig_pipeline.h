@@ -21,8 +21,9 @@ struct NamedPose {
 
 struct RigOptions {
   EnclosingOptions enclosing;  // cell size or tet budget
-  bool keep_lattice = false;   // tets as they enclose the surface, all of it; else drawn onto it (boundary_fit.h), so
-                               // that the body touches where it is drawn
+  bool keep_lattice = false;   // tets of the lattice; else drawn onto the surface and pushed out until they enclose its
+                               // vertices (boundary_fit.h), so that the body touches where it is drawn; where that does
+                               // not enclose all, those of the lattice, and a warning
   std::vector<sim::example_based::Handle> handles;  // beside those of the mesh
   int automatic_handles = -1;                       // added; -1: kDefaultHandles where no handle is given, else none
   bool painted_weights = false;  // the mesh's own joint weights, carried to the tets, instead of computed ones
@@ -48,9 +49,7 @@ struct ExampleReport {
 
 struct RigReport {
   int vertices = 0, triangles = 0;  // of the surface
-  int vertices_enclosed = 0;        // by the lattice: all
-  int vertices_outside = 0;         // of the tets once they are drawn onto the surface; they are carried by the nearest
-  double farthest_outside = 0;      // [m]
+  int vertices_enclosed = 0;        // by the tets: all
   EnclosingReport enclosing;
   int nodes = 0, tets = 0;
   int given_handles = 0, automatic_handles = 0;

@@ -359,6 +359,7 @@ Result<ArtistMesh> import_artist_mesh(const std::filesystem::path& file, ScaledJ
   if (!surface) return std::unexpected(surface.error());
   ArtistMesh out;
   out.surface = std::move(surface->mesh);
+  out.colours = std::move(surface->colours);
   return out;
 }
 

@@ -14,18 +14,15 @@ enum class ScaledJoints {
 
 // Reads what an artist made. Of glTF 2 (.gltf, .glb):
 //   surface    all triangles where the scene's nodes put them; those of a skin as they were bound; equal positions
-//   merged,
-//              but for vertices that a morph target parts
+//              merged, but for vertices that a morph target parts
 //   handles    joints of all skins, by their nodes' names; at rest where inverse bind matrices have them
 //   weights    JOINTS_n and WEIGHTS_n for all n, normalised
 //   poses      each animation's first keys, joints without a channel as their nodes stand: what Blender exports of an
-//   action.
-//              About the file's origin: x = R u + t. An animation in which no joint moves is left out, with a warning
+//              action. About the file's origin: x = R u + t. One in which no joint moves is left out, with a warning
 //   copies     morph targets by their names (extras.targetNames, else "morph 0" ...), of all meshes that have one so
-//   named;
-//              and animations that key morph weights
+//              named; and animations that key morph weights
 //   colours    COLOR_0, as linear values (authoring/painted_regions.h says what they may mean)
-// Every other format (import_surface) gives its surface alone. Units are the file's.
+// Every other format (import_surface) gives its surface and its vertices' colours alone. Units are the file's.
 // Errors name file, place and rule: import_surface's and those of every field that is read; a joint or a weight that is
 // not there; inverse bind matrices that cannot be inverted; above 1024 joints; scaled joints, see above.
 Result<authoring::ArtistMesh> import_artist_mesh(const std::filesystem::path& file,

@@ -29,14 +29,22 @@ v1::Body& add_body(v1::Scene& scene, const std::string& name, const Vec3& positi
   return body;
 }
 
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.parent_path().empty() ? "." : file.parent_path();
+}
+
 }  // namespace
+
+Result<void> scene_can_name(const std::filesystem::path& asset, const std::filesystem::path& scene_file) {
+  if (io::lies_inside(asset, folder_of(scene_file))) return {};
+  return invalid("--scene",
+                 text("is ", scene_file.string(), ", but ", asset.string(), " must lie in its folder or below it"));
+}
 
 Result<std::string> drop_scene(const sim::example_based::ExampleSet& set, const std::filesystem::path& asset,
                                const std::filesystem::path& scene_file) {
-  const std::filesystem::path folder = scene_file.parent_path().empty() ? "." : scene_file.parent_path();
-  if (!io::lies_inside(asset, folder))
-    return invalid("scene",
-                   text("is ", scene_file.string(), ", but ", asset.string(), " must lie in its folder or below it"));
+  if (auto valid = scene_can_name(asset, scene_file); !valid) return std::unexpected(valid.error());
+  const std::filesystem::path folder = folder_of(scene_file);
   std::error_code failure;
   const std::filesystem::path name = std::filesystem::proximate(
       std::filesystem::weakly_canonical(asset, failure), std::filesystem::weakly_canonical(folder, failure), failure);

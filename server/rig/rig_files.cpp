@@ -68,6 +68,9 @@ Result<std::vector<authoring::NamedPose>> read_poses(const std::filesystem::path
     }
     poses.push_back(std::move(pose));
   }
+  if (poses.empty())
+    return std::unexpected(io::with_line({ErrorCode::invalid_argument, "poses", "is empty, must have at least one"},
+                                         list->second, file.filename().string()));
   return poses;
 }
 

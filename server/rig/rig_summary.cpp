@@ -36,8 +36,6 @@ nlohmann::json summary(const authoring::RigReport& r) {
           {"triangles", r.triangles},
           {"vertices_enclosed", r.vertices_enclosed},
           {"vertices_enclosed_percent", r.vertices > 0 ? 100.0 * r.vertices_enclosed / r.vertices : 0.0},
-          {"vertices_outside_after_fit", r.vertices_outside},
-          {"farthest_outside_after_fit", r.farthest_outside},
           {"cell_size", r.enclosing.cell_size},
           {"parts", r.enclosing.bodies},
           {"pinched_nodes", r.enclosing.pinched_nodes},

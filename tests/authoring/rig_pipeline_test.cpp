@@ -51,7 +51,7 @@ TEST(RigPipeline, KeepsTheLatticeWhereAskedTo) {
   options.keep_lattice = true;
   const auto made = make_asset(block(), options);
   ASSERT_TRUE(made) << made.error().text();
-  EXPECT_EQ(made->report.vertices_outside, 0);
+  EXPECT_EQ(made->report.vertices_enclosed, 8);
 }
 
 TEST(RigPipeline, PutsAutomaticHandlesBesideThoseGiven) {
@@ -198,6 +198,13 @@ TEST(RigPipeline, NamesWhatIsWrong) {
   EXPECT_THAT(says(block(), [](auto& o, auto&) { o.painted_regions = true; }), HasSubstr("no vertex colours"));
   EXPECT_THAT(says(block(), [](auto& o, auto&) { o.painted_weights = true; }), HasSubstr("no joint weights"));
   EXPECT_THAT(says(block(), [](auto& o, auto&) { o.enclosing.cell_size = 1e-5; }), HasSubstr("cell_size is 1e-05"));
+  EXPECT_THAT(says(block(), [](auto& o, auto&) { o.enclosing.cell_size = 3; }),
+              HasSubstr("cell_size is 3 m, must be at most 2 m, the surface's longest side"));
+  EXPECT_THAT(says(jointed_block(),
+                   [](auto& o, auto&) {
+                     o.poses = {{"up", {}}};
+                   }),
+              HasSubstr("poses[\"up\"].moves is empty, must name a handle"));
   EXPECT_THAT(says(jointed_block(),
                    [](auto& o, auto&) {
                      o.handles = {{"left", Vec3::Zero()}};
@@ -229,6 +236,16 @@ TEST(RigPipeline, NamesWhatIsWrong) {
                        m.poses.push_back({"p" + std::to_string(k), {BoneTransform{}, BoneTransform{}}});
                    }),
               HasSubstr("\"p63\" is one example too many"));
+}
+
+TEST(RigPipeline, SaysWhereThereIsNoPlaceForSoManyHandles) {
+  RigOptions options = coarse();
+  options.automatic_handles = 1000;
+  const auto made = make_asset(block(), options);
+  ASSERT_TRUE(made) << made.error().text();
+  EXPECT_LT(made->report.automatic_handles, 1000);
+  EXPECT_EQ(static_cast<int>(made->set.handles.size()), made->report.automatic_handles);
+  EXPECT_THAT(made->report.warnings, testing::ElementsAre(HasSubstr("of 1000 automatic handles are there")));
 }
 
 TEST(RigPipeline, WarnsOfHandlesFarOutside) {

@@ -1,4 +1,5 @@
 // crumple-rig as a program.
+#include "common/text.h"
 #include "server/io/asset_file.h"
 #include "server/io/rig_import.h"
 #include "server/io/scene_file.h"
@@ -144,6 +145,72 @@ TEST(RigProgram, ExitsWithTwoOnBadInputAndWritesNothing) {
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
+// A slip of the keyboard must not cost the artist the mesh, nor one result another one.
+TEST(RigProgram, WritesOverNoFileThatItReadsOrWrites) {
+  const test::TemporaryFolder folder;
+  const auto at = [&](const char* name) { return (folder.path() / name).string(); };
+  const std::string mesh = folder.write("block.obj", kBlock).string();
+  const std::string poses = folder.write("poses.json", R"({"poses": []})").string();
+  std::filesystem::create_directory(folder.path() / "sub");
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {mesh, "--out", mesh},
+           {mesh, "--out", at("asset")},
+           {mesh, "--out", poses, "--poses", poses},
+           {mesh, "--out", at("a.json"), "--scene", at("sub/../a.json")},
+           {mesh, "--out", at("a.json"), "--scene", at("a.crumple-asset")},
+           {mesh, "--out", at("a.json"), "--scene", at("sub/scene.json")},  // a scene's files lie below it
+           {"crush", mesh, "--out", mesh}})
+    EXPECT_EQ(run(words).first, 2) << testing::PrintToString(words);
+  EXPECT_EQ(content_of(mesh), kBlock);
+  EXPECT_FALSE(std::filesystem::exists(at("a.json")));
+  ASSERT_EQ(run({mesh, "--out", at("a.json"), "--tets", "300"}).first, 0);
+  EXPECT_EQ(run({"pose", at("a.json"), "--name", "a", "--handle", "auto 1", "0", "0", "0", "--gltf", mesh}).first, 2);
+  EXPECT_EQ(run({"pose", at("a.json"), "--name", "a", "--handle", "auto 1", "0", "0", "0"}).first, 0) << "in place";
+}
+
+// Painted red where x > 0 in a PLY or an OBJ: impulses deform that end 16 times as much.
+class RigPainted : public testing::TestWithParam<const char*> {};
+
+TEST_P(RigPainted, VertexColoursMakeRegions) {
+  const test::TemporaryFolder folder;
+  const std::string name = GetParam();
+  std::string content = name == "a.ply"
+                            ? "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"
+                              "property float z\nproperty uchar red\nproperty uchar green\n"
+                              "property uchar blue\nelement face 6\n"
+                              "property list uchar int vertex_indices\nend_header\n"
+                            : "";
+  for (int k = 0; k < 8; ++k) {
+    const bool right = (k & 1) != 0;
+    const std::string place = text(right ? 1 : -1, " ", k & 2 ? 1 : 0, " ", k & 4 ? 0.5 : -0.5);
+    content += name == "a.ply" ? text(place, right ? " 255 0 0\n" : " 0 0 255\n")
+                               : text("v ", place, right ? " 1 0 0\n" : " 0 0 1\n");
+  }
+  for (const auto& [a, b, c, d] :
+       {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {1, 3, 7, 5}, {0, 4, 6, 2}})
+    content += name == "a.ply" ? text("4 ", a, " ", b, " ", c, " ", d, "\n")
+                               : text("f ", a + 1, " ", b + 1, " ", c + 1, " ", d + 1, "\n");
+  const auto asset = (folder.path() / "a.crumple-asset").string();
+  ASSERT_EQ(run({folder.write(name, content).string(), "--out", asset, "--tets", "300", "--regions"}).first, 0);
+  const auto read = io::read_asset(asset);
+  ASSERT_TRUE(read) << read.error().text();
+  const auto& set = std::get<sim::example_based::ExampleSet>(read->content);
+  ASSERT_EQ(static_cast<int>(set.alpha_scale.size()), set.vertex_count());
+  ASSERT_EQ(static_cast<int>(set.beta_scale.size()), set.vertex_count());
+  int ends = 0;
+  for (int i = 0; i < set.vertex_count(); ++i) {
+    const double x = set.mesh.X[i].x();
+    if (std::abs(x) < 0.999) continue;
+    ++ends;
+    EXPECT_NEAR(set.alpha_scale[i], x > 0 ? 16 : 1.0 / 16, x > 0 ? 0.2 : 0.002);
+    EXPECT_NEAR(set.beta_scale[i], x < 0 ? 16 : 1.0 / 16, x < 0 ? 0.2 : 0.002);
+  }
+  EXPECT_GT(ends, 8);
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, RigPainted, testing::Values("a.ply", "a.obj"),
+                         [](const auto& info) { return std::string(info.param).substr(2); });
+
 TEST(RigFiles, ErrorsNameFileLineAndRule) {
   const test::TemporaryFolder folder;
   const auto handles = [&](const std::string& content) {
@@ -162,6 +229,7 @@ TEST(RigFiles, ErrorsNameFileLineAndRule) {
   ASSERT_FALSE(poses);
   EXPECT_THAT(poses.error().text(), HasSubstr("poses[0].moves[0].rotation"));
   EXPECT_THAT(poses.error().text(), HasSubstr("(p.json, line 2)"));
+  EXPECT_THAT(read_poses(folder.write("p.json", "{\"poses\": []}")).error().text(), HasSubstr("poses is empty"));
 }
 
 // ---- real meshes: open, self-intersecting, of many parts -----------------------------------------------------------
@@ -186,7 +254,8 @@ INSTANTIATE_TEST_SUITE_P(Meshes, RigOfShared,
                          testing::Values("kaykit_car_sedan.obj", "kaykit_barrel_large.glb", "kaykit_barrel_small.glb",
                                          "kaykit_wall_cracked.glb", "kaykit_wall_gated.glb", "kaykit_pillar.glb",
                                          "kaykit_table_long.glb", "kaykit_lander_A.obj",
-                                         "kenneykit_vehicle-truck-red.glb", "vega_beam3_tet.obj", "od_spot_low.obj",
+                                         "kenneykit_vehicle-truck-red.glb", "vega_beam3_tet.obj",
+                                         "vega_simpleBridge.obj", "vega_towerCrane_resol166.obj", "od_spot_low.obj",
                                          "blender_rig_sample.glb"),
                          [](const auto& info) {
                            std::string name = info.param;
