@@ -4,7 +4,7 @@
 #include "server/authoring/rig_methods.h"
 #include "server/io/png_writer.h"
 #include "server/lab/scene_picture.h"
-#include "server/rig/raster.h"
+#include "server/lab/raster.h"
 #include "server/sim/mesh/embedding.h"
 
 #include <algorithm>
@@ -156,7 +156,7 @@ std::string rig_svg(const ExampleSet& set) {
 std::string rig_png(const ExampleSet& set) {
   const Sheet sheet = sheet_of(set);
   const int width = kTile * sheet.columns(), height = kTile * sheet.rows();
-  Raster raster(width, height, {0xf4, 0xf5, 0xf7});
+  lab::Raster raster(width, height, {0xf4, 0xf5, 0xf7});
   for (std::size_t k = 0; k < sheet.tiles.size(); ++k) {
     const Tile& tile = sheet.tiles[k];
     raster.draw(lab::patches(tile.topology, tile.frame, sheet.camera, kTile, kTile),

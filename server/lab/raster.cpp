@@ -1,9 +1,9 @@
-#include "server/rig/raster.h"
+#include "server/lab/raster.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace crumple::rig {
+namespace crumple::lab {
 namespace {
 
 using Vec2 = Eigen::Vector2d;
@@ -19,10 +19,10 @@ Raster::Raster(int width, int height, const std::array<int, 3>& background)
           static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_),
           {static_cast<float>(background[0]), static_cast<float>(background[1]), static_cast<float>(background[2])}) {}
 
-void Raster::draw(const std::vector<lab::Patch>& patches, int x, int y, int tile_width, int tile_height) {
+void Raster::draw(const std::vector<Patch>& patches, int x, int y, int tile_width, int tile_height) {
   const int x_end = std::min(width_, kSamples * (x + tile_width)),
             y_end = std::min(height_, kSamples * (y + tile_height));
-  for (const lab::Patch& patch : patches) {
+  for (const Patch& patch : patches) {
     std::array<Vec2, 3> p;
     for (int k = 0; k < 3; ++k) p[k] = kSamples * (patch.corners[k] + Vec2(x, y));
     const double area = cross(p[1] - p[0], p[2] - p[0]);
@@ -62,4 +62,4 @@ std::vector<std::uint8_t> Raster::rgb() const {
   return out;
 }
 
-}  // namespace crumple::rig
+}  // namespace crumple::lab
