@@ -1,6 +1,7 @@
 #include "server/rig/crush.h"
 
 #include "common/text.h"
+#include "server/authoring/boundary_fit.h"
 #include "server/sim/mesh/embedding.h"
 #include "server/sim/world.h"
 
@@ -13,6 +14,7 @@ namespace {
 using sim::example_based::ExampleSet;
 
 constexpr double kDt = 1.0 / 240, kPress = 0.75, kRelease = 0.25, kRest = 0.25;  // [s]
+constexpr int kFewestTets = 200;
 constexpr double kWaveSpeed = 100;  // of sound, in sizes of the body a second: 75 pass while the plate comes down
 
 sim::SceneDescription press_scene(const std::shared_ptr<const sim::TetMesh>& mesh, const CrushOptions& o, double extent,
@@ -70,10 +72,14 @@ Result<Crushed> crush(const ExampleSet& set, const std::string& name, const Crus
     return invalid("render", "is not in the asset, must be: its copy is what comes out");
   assert(o.axis >= 0 && o.axis < 3);
 
+  // Tets of its own: those of the asset may be flat, where they had to be pushed around vertices.
+  auto enclosing = authoring::enclosing_mesh(set.render, {.tet_budget = std::max(set.mesh.tet_count(), kFewestTets)});
+  if (!enclosing) return std::unexpected(enclosing.error());
+  const sim::TetMesh rest = authoring::fitted_to_surface(*enclosing, set.render);
+
   // The pushed side turns up, the other one comes to lie on the plane.
   const Quat up = Quat::FromTwoVectors((o.from_max ? 1 : -1) * Vec3::Unit(o.axis), Vec3::UnitY());
-  auto turned = std::make_shared<sim::TetMesh>(set.mesh);
-  turned->tags.clear();
+  auto turned = std::make_shared<sim::TetMesh>(rest);
   Eigen::AlignedBox3d box;
   for (Vec3& p : turned->X) p = up * p, box.extend(p);
   const Vec3 foot(box.center().x(), box.min().y(), box.center().z());
@@ -102,10 +108,10 @@ Result<Crushed> crush(const ExampleSet& set, const std::string& name, const Crus
     x.push_back(up.conjugate() * (p + foot));
   }
   out.report.thickness = after.sizes().y() / extent;
-  const Pose back = closest_motion(x, set.mesh.X);
+  const Pose back = closest_motion(x, rest.X);
   for (Vec3& p : x) p = back * p;
   out.copy.vertices.resize(set.render.vertices.size());
-  sim::embedded_positions(sim::embed(set.render.vertices, set.mesh), set.mesh.tets, x, out.copy.vertices);
+  sim::embedded_positions(sim::embed(set.render.vertices, rest), rest.tets, x, out.copy.vertices);
   return out;
 }
 

@@ -2,7 +2,7 @@
 
 #include "server/authoring/artist_mesh.h"
 
-// Examples from simulation: the asset's own tets, of a metal that yields, pressed by finite elements.
+// Examples from simulation: the asset's surface, filled with a metal that yields, pressed by finite elements.
 namespace crumple::rig {
 
 struct CrushOptions {
@@ -25,9 +25,10 @@ struct Crushed {
   CrushReport report;
 };
 
-// The body lies on a plane and a plate comes down on it, goes back up, and lets it spring back. Deviatoric plasticity,
-// no gravity; stiffness in proportion to the size, so that the press is slow against sound. Deterministic.
-// Errors: depth or yield_strain out of range, no render surface, what sim::validate rejects.
+// As many tets as the asset has, drawn onto its render surface (boundary_fit.h). The body lies on a plane and a plate
+// comes down on it, goes back up, and lets it spring back. Deviatoric plasticity, no gravity; stiffness in proportion
+// to the size, so that the press is slow against sound. Deterministic. Errors: depth or yield_strain out of range, no
+// render surface, what enclosing_mesh or sim::validate rejects.
 Result<Crushed> crush(const sim::example_based::ExampleSet& set, const std::string& name, const CrushOptions& options,
                       const std::function<void(double done)>& progress = {});
 
