@@ -73,7 +73,8 @@ Result<Crushed> crush(const ExampleSet& set, const std::string& name, const Crus
   assert(o.axis >= 0 && o.axis < 3);
 
   // Tets of its own: those of the asset may be flat, where they had to be pushed around vertices.
-  auto enclosing = authoring::enclosing_mesh(set.render, {.tet_budget = std::max(set.mesh.tet_count(), kFewestTets)});
+  auto enclosing =
+      authoring::enclosing_mesh(set.render, {.tet_budget = std::max(set.mesh.tet_count() * 5 / 4, kFewestTets)});
   if (!enclosing) return std::unexpected(enclosing.error());
   const sim::TetMesh rest = authoring::fitted_to_surface(*enclosing, set.render);
 

@@ -25,10 +25,10 @@ struct Crushed {
   CrushReport report;
 };
 
-// As many tets as the asset has, drawn onto its render surface (boundary_fit.h). The body lies on a plane and a plate
-// comes down on it, goes back up, and lets it spring back. Deviatoric plasticity, no gravity; stiffness in proportion
-// to the size, so that the press is slow against sound. Deterministic. Errors: depth or yield_strain out of range, no
-// render surface, what enclosing_mesh or sim::validate rejects.
+// About as many tets as the asset has, drawn onto its render surface (boundary_fit.h). The body lies on a plane and a
+// plate comes down on it, goes back up, and lets it spring back. Deviatoric plasticity, no gravity; stiffness in
+// proportion to the size, so that the press is slow against sound. Deterministic. Errors: depth or yield_strain out of
+// range, no render surface, what enclosing_mesh or sim::validate rejects.
 Result<Crushed> crush(const sim::example_based::ExampleSet& set, const std::string& name, const CrushOptions& options,
                       const std::function<void(double done)>& progress = {});
 
