@@ -9,6 +9,7 @@
 #include "server/lab/material_replay.h"
 #include "server/lab/stability/stability_command.h"
 #include "server/lab/static_solve.h"
+#include "server/lab/step_comparison.h"
 #include "server/lab/trajectory.h"
 #include "server/lab/vibration_modes.h"
 
@@ -239,6 +240,20 @@ int main(int argc, char** argv) {
   v->add_option("--out", preview_out, "folder for preview.svg and preview.json")->capture_default_str();
   v->callback([&] {
     auto result = lab::preview_material(preview, preview_out);
+    exit_code = result ? print(*result) : fail(result.error());
+  });
+
+  lab::StepComparison steps;
+  std::vector<double> from;
+  auto* k = app.add_subcommand("steps", "a scene with eq. 8, 9 and 10 of example-based deformation side by side, as a picture");
+  k->add_option("scene", steps.scene, "a scene file")->required();
+  k->add_option("--times", steps.times, "rows of the picture [s]: 1,2")->delimiter(',');
+  k->add_option("--alphas", steps.alphas, "a,b,c: alpha with eq. 8 [1/m], 9 [-], 10 [1/m^2]; default: the scene's")->delimiter(',');
+  k->add_option("--from", from, "x,y,z: where the camera stands, seen from the bodies")->delimiter(',')->expected(3);
+  k->add_option("--picture", steps.picture, "a .png: columns are eq. 8, 9, 10")->required();
+  k->callback([&] {
+    if (from.size() == 3) steps.from = Vec3(from[0], from[1], from[2]);
+    auto result = lab::compare_steps(steps);
     exit_code = result ? print(*result) : fail(result.error());
   });
 

@@ -1,10 +1,12 @@
 #include "server/authoring/boundary_fit.h"
 
 #include "server/authoring/handle_placement.h"
+#include "server/authoring/node_mover.h"
 #include "server/authoring/solid_fraction.h"
 #include "server/authoring/surface_distance.h"
+#include "server/authoring/surface_transfer.h"
 #include "server/authoring/tet_connectivity.h"
-#include "server/sim/mesh/node_stars.h"
+#include "server/sim/mesh/embedding.h"
 
 #include <algorithm>
 #include <numeric>
@@ -76,41 +78,7 @@ std::vector<Vec3> extreme_points(const sim::SurfaceMesh& surface) {
   return out;
 }
 
-class Fitter {
- public:
-  Fitter(sim::TetMesh& mesh, double least_volume)
-      : mesh_(mesh), stars_(mesh.tets, mesh.node_count()), least_(least_volume) {}
-
-  // Moves a node as far towards `target` as its tets allow.
-  void move(int node, const Vec3& target) {
-    const Vec3 from = mesh_.X[node];
-    for (const double part : {1.0, 0.75, 0.5, 0.25}) {
-      mesh_.X[node] = from + part * (target - from);
-      if (allowed(node)) return;
-    }
-    mesh_.X[node] = from;
-  }
-
-  bool try_move(int node, const Vec3& target) {
-    const Vec3 from = mesh_.X[node];
-    mesh_.X[node] = target;
-    if (allowed(node)) return true;
-    mesh_.X[node] = from;
-    return false;
-  }
-
- private:
-  bool allowed(int node) const {
-    const auto star = stars_[node];
-    return std::all_of(star.begin(), star.end(), [&](int t) { return sim::signed_volume(mesh_, t) >= least_; });
-  }
-
-  sim::TetMesh& mesh_;
-  sim::NodeStars stars_;
-  double least_;
-};
-
-void snap_extremes(sim::TetMesh& mesh, Fitter& fitter, const sim::SurfaceMesh& surface,
+void snap_extremes(sim::TetMesh& mesh, NodeMover& mover, const sim::SurfaceMesh& surface,
                    const std::vector<int>& boundary, double reach) {
   std::vector<char> taken(mesh.X.size(), false);
   for (const Vec3& target : extreme_points(surface)) {
@@ -121,7 +89,7 @@ void snap_extremes(sim::TetMesh& mesh, Fitter& fitter, const sim::SurfaceMesh& s
         best_distance = d;
         best = node;
       }
-    if (best >= 0 && !taken[best]) taken[best] = fitter.try_move(best, target);
+    if (best >= 0 && !taken[best]) taken[best] = mover.try_move(best, target);
   }
 }
 
@@ -157,13 +125,63 @@ sim::TetMesh fitted_to_surface(const EnclosingMesh& enclosing, const sim::Surfac
   for (const double kept : kKeptVolume) {
     mesh = trimmed(std::move(mesh));
     const std::vector<int> boundary = surface_nodes(mesh.tets);
-    Fitter fitter(mesh, kept * h * h * h / 12);
+    NodeMover mover(mesh, kept * h * h * h / 12);
     for (int sweep = 0; sweep < kSweeps; ++sweep)
-      for (const int node : boundary) fitter.move(node, distance.nearest(mesh.X[node]).point);
-    snap_extremes(mesh, fitter, surface, boundary, 0.6 * h);
+      for (const int node : boundary) mover.move(node, distance.nearest(mesh.X[node]).point);
+    snap_extremes(mesh, mover, surface, boundary, 0.6 * h);
     sample_fill(mesh, boundary, solid);
   }
   return mesh;
+}
+
+sim::TetMesh pushed_around_vertices(sim::TetMesh mesh, const sim::SurfaceMesh& surface, double cell_size) {
+  constexpr int kSweeps = 60;
+  const double h = cell_size, margin = 1e-3 * h;
+  const std::vector<int> boundary = surface_nodes(mesh.tets);
+  sim::SurfaceMesh hull;
+  for (const sim::SurfaceFace& face : sim::surface_faces(mesh.tets)) hull.triangles.push_back(face.nodes);
+  std::vector<char> on_boundary(mesh.X.size(), false);
+  for (const int node : boundary) on_boundary[node] = true;
+  bool pushed = false;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    const bool all = sweep % 2 == 1;
+    const double kept = (sweep < kSweeps / 3 ? 1 : 0.1) * kKeptVolume[1];
+    NodeMover mover(mesh, kept * h * h * h / 12);
+    const std::vector<int> outside = outside_vertices(mesh, surface.vertices);
+    if (outside.empty()) break;
+    pushed = true;
+    hull.vertices = mesh.X;
+    const SurfaceDistance distance(hull);
+    std::vector<Vec3> push(mesh.X.size(), Vec3::Zero());  // the longest that a vertex asks of a node
+    for (const int v : outside) {
+      const Vec3& p = surface.vertices[v];
+      const auto nearest = distance.nearest(p);
+      const Triangle& t = hull.triangles[nearest.triangle];
+      const Vec3 b = barycentric(nearest.point, {mesh.X[t[0]], mesh.X[t[1]], mesh.X[t[2]]});
+      // The least moves, by squares, with sum_k b_k move_k = what is missing.
+      const Vec3 missing = (p - nearest.point) * (1 + margin / std::max(nearest.distance, margin));
+      for (int k = 0; k < 3; ++k)
+        if (const Vec3 move = b[k] / b.squaredNorm() * missing; move.squaredNorm() > push[t[k]].squaredNorm())
+          push[t[k]] = move;
+    }
+    for (const int node : boundary) {
+      if (push[node].isZero() || mover.try_move(node, mesh.X[node] + push[node])) continue;
+      for (const int t : mover.star(node))  // what is behind it makes room
+        for (const int other : mesh.tets[t])
+          if (other != node && (all || !on_boundary[other])) mover.move(other, mesh.X[other] + 0.5 * push[node]);
+      mover.move(node, mesh.X[node] + push[node]);
+    }
+  }
+  if (pushed) sample_fill(mesh, boundary, WindingNumber(surface));
+  return mesh;
+}
+
+std::vector<int> outside_vertices(const sim::TetMesh& mesh, const std::vector<Vec3>& vertices) {
+  const sim::Embedding embedding = sim::embed(vertices, mesh);
+  std::vector<int> out;
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    if (embedding.weights[v].minCoeff() < -1e-6) out.push_back(static_cast<int>(v));
+  return out;
 }
 
 }  // namespace crumple::authoring

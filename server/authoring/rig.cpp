@@ -12,12 +12,6 @@
 namespace crumple::authoring {
 namespace {
 
-int slab_count(const Vec3& extent) {
-  Vec3 sorted = extent;
-  std::sort(sorted.begin(), sorted.end());
-  return std::clamp(static_cast<int>(std::round(sorted[2] / std::max(sorted[1], 1e-3 * sorted[2]))), 1, 6);
-}
-
 // One side of the box pushed in over a bit less than the whole extent.
 Dent side_dent(const Eigen::AlignedBox3d& box, int axis, bool from_max, double depth) {
   const double extent = box.sizes()[axis];
@@ -65,6 +59,21 @@ void add_example(Rig& rig, const std::string& name, const PoseField& field, Bone
   rig.set.examples.push_back(fit_example(name, rig.set.W, rig.set.mesh.X, rig.bones, field, rotations));
 }
 
+int default_slabs(const Vec3& extent) {
+  Vec3 sorted = extent;
+  std::sort(sorted.begin(), sorted.end());
+  return std::clamp(static_cast<int>(std::round(sorted[2] / std::max(sorted[1], 1e-3 * sorted[2]))), 1, 6);
+}
+
+std::vector<std::pair<std::string, PoseField>> crushed_sides(const Eigen::AlignedBox3d& box, double depth) {
+  constexpr std::array kSides{"crushed_min_x", "crushed_max_x", "crushed_min_y",
+                              "crushed_max_y", "crushed_min_z", "crushed_max_z"};
+  std::vector<std::pair<std::string, PoseField>> out;
+  for (int side = 0; side < 6; ++side)
+    out.emplace_back(kSides[side], dent(side_dent(box, side / 2, side % 2 == 1, depth)));
+  return out;
+}
+
 Result<sim::example_based::ExampleSet> make_default_asset(const sim::SurfaceMesh& surface,
                                                           const DefaultAssetOptions& options) {
   if (!(options.depth > 0 && options.depth <= 0.6))
@@ -76,12 +85,9 @@ Result<sim::example_based::ExampleSet> make_default_asset(const sim::SurfaceMesh
 
   Eigen::AlignedBox3d box;
   for (const Vec3& p : rig->set.mesh.X) box.extend(p);
-  constexpr std::array kSides{"crushed_min_x", "crushed_max_x", "crushed_min_y",
-                              "crushed_max_y", "crushed_min_z", "crushed_max_z"};
-  for (int side = 0; side < 6; ++side)
-    add_example(*rig, kSides[side], dent(side_dent(box, side / 2, side % 2 == 1, options.depth)));
+  for (const auto& [name, field] : crushed_sides(box, options.depth)) add_example(*rig, name, field);
 
-  const int slabs = options.convex_parts > 0 ? options.convex_parts : slab_count(box.sizes());
+  const int slabs = options.convex_parts > 0 ? options.convex_parts : default_slabs(box.sizes());
   rig->set.convex_parts =
       hull_parts_along_longest_axis(rig->set.mesh.X, rig->surface, slabs, rig->report.cell_size / 2);
   if (auto valid = sim::example_based::validate(rig->set, "asset"); !valid) return std::unexpected(valid.error());

@@ -25,6 +25,12 @@ Result<Rig> make_rig(const sim::SurfaceMesh& surface, const EnclosingOptions& en
 void add_example(Rig& rig, const std::string& name, const PoseField& field,
                  BoneRotations rotations = BoneRotations::none);
 
+// One side of a box after the other pushed in by `depth` of the extent along the push, (0, 0.6]: "crushed_min_x" ...
+std::vector<std::pair<std::string, PoseField>> crushed_sides(const Eigen::AlignedBox3d& box, double depth);
+
+// Slabs that make about cubes of a box: its longest extent over its second longest, 1 to 6.
+int default_slabs(const Vec3& extent);
+
 struct DefaultAssetOptions {
   EnclosingOptions enclosing;  // cell size or tet budget
   int bones = 24;

@@ -23,16 +23,6 @@ std::uint32_t little_endian_32(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-// The JSON of a .glb: behind a header of 12 bytes, the first chunk (length, "JSON", text).
-Result<std::string_view> json_of(std::string_view content, const std::string& name) {
-  if (!content.starts_with("glTF")) return content;
-  if (content.size() < 20 || content.substr(16, 4) != "JSON") return invalid(name, "has no JSON chunk");
-  const std::size_t length = little_endian_32(content, 12);
-  if (length > content.size() - 20)
-    return invalid(name, text("has a JSON chunk of ", length, " bytes, but only ", content.size() - 20, " follow"));
-  return content.substr(20, length);
-}
-
 int nesting(std::string_view json) {
   int level = 0, deepest = 0;
   bool in_string = false;
@@ -112,8 +102,29 @@ Result<void> check_uris(const nlohmann::json& document, const char* list, const 
 
 }  // namespace
 
+// Behind a header of 12 bytes, the first chunk: its length, "JSON", text.
+Result<std::string_view> gltf_json(std::string_view content, const std::string& name) {
+  if (!content.starts_with("glTF")) return content;
+  if (content.size() < 20 || content.substr(16, 4) != "JSON") return invalid(name, "has no JSON chunk");
+  const std::size_t length = little_endian_32(content, 12);
+  if (length > content.size() - 20)
+    return invalid(name, text("has a JSON chunk of ", length, " bytes, but only ", content.size() - 20, " follow"));
+  return content.substr(20, length);
+}
+
+// Then, at a multiple of 4, the second: its length, "BIN\0", bytes.
+std::string_view gltf_binary(std::string_view content) {
+  if (!content.starts_with("glTF") || content.size() < 20) return {};
+  const std::size_t length = little_endian_32(content, 12);
+  if (length > content.size() - 20) return {};
+  const std::size_t at = 20 + (length + 3) / 4 * 4;
+  if (at > content.size() || content.size() - at < 8 || content.substr(at + 4, 4) != std::string_view("BIN\0", 4))
+    return {};
+  return content.substr(at + 8, little_endian_32(content, at));
+}
+
 Result<void> check_gltf(std::string_view content, const std::string& name) {
-  const auto text_of = json_of(content, name);
+  const auto text_of = gltf_json(content, name);
   if (!text_of) return std::unexpected(text_of.error());
   if (const int levels = nesting(*text_of); levels > kMaxJsonLevels)
     return invalid(name, text("has JSON of ", levels, " levels, must have at most ", kMaxJsonLevels));

@@ -12,6 +12,7 @@
 #include <assimp/Importer.hpp>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <bit>
 #include <memory>
 #include <sstream>
@@ -26,13 +27,25 @@ constexpr std::size_t kMaxPlacedFaces = 5'000'000;
 // Collects triangles; vertices at exactly the same place become one.
 class Merger {
  public:
-  int vertex(const Vec3& p) {
+  int vertex(const Vec3& p, const Vec3& colour = Vec3::Ones()) {
     // -0 and 0 are one place.
     const Key key{std::bit_cast<std::uint64_t>(p.x() + 0.0), std::bit_cast<std::uint64_t>(p.y() + 0.0),
                   std::bit_cast<std::uint64_t>(p.z() + 0.0)};
     const auto [at, is_new] = ids_.try_emplace(key, static_cast<int>(out.mesh.vertices.size()));
-    if (is_new) out.mesh.vertices.push_back(p);
+    if (is_new) {
+      out.mesh.vertices.push_back(p);
+      out.colours.push_back(Vec3::Zero());
+      share_.push_back(0);
+    }
+    for (int c = 0; c < 3; ++c) out.colours[at->second][c] += std::clamp(colour[c], 0.0, 1.0);  // NaN stays
+    ++share_[at->second];
     return at->second;
+  }
+
+  // The means, or none.
+  void finish_colours() {
+    for (std::size_t v = 0; v < share_.size(); ++v) out.colours[v] /= share_[v];
+    if (!coloured) out.colours.clear();
   }
 
   void add(const Triangle& t) {
@@ -45,6 +58,7 @@ class Merger {
   }
 
   ImportedSurface out;
+  bool coloured = false;  // any mesh
 
  private:
   using Key = std::array<std::uint64_t, 3>;
@@ -56,14 +70,17 @@ class Merger {
     }
   };
   std::unordered_map<Key, int, Hash> ids_;
+  std::vector<int> share_;  // vertices that became this one
 };
 
 void add_mesh(const aiMesh& mesh, const aiMatrix4x4& placement, Merger& merger, std::vector<char>& used) {
   std::vector<int> ids(mesh.mNumVertices);
   for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
     const aiVector3D p = placement * mesh.mVertices[v];
-    ids[v] = merger.vertex({p.x, p.y, p.z});
+    const aiColor4D c = mesh.HasVertexColors(0) ? mesh.mColors[0][v] : aiColor4D(1, 1, 1, 1);
+    ids[v] = merger.vertex({p.x, p.y, p.z}, {c.r, c.g, c.b});
   }
+  merger.coloured |= mesh.HasVertexColors(0);
   used.resize(merger.out.mesh.vertices.size(), false);
   merger.out.merged_vertices += static_cast<int>(mesh.mNumVertices);
   std::vector<Triangle> triangles;
@@ -85,9 +102,11 @@ void add_mesh(const aiMesh& mesh, const aiMatrix4x4& placement, Merger& merger, 
   }
 }
 
-void add_mesh(const sim::SurfaceMesh& mesh, Merger& merger, std::vector<char>& used) {
+void add_mesh(const sim::SurfaceMesh& mesh, const std::vector<Vec3>& colours, Merger& merger, std::vector<char>& used) {
   std::vector<int> ids;
-  for (const Vec3& p : mesh.vertices) ids.push_back(merger.vertex(p));
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    ids.push_back(merger.vertex(mesh.vertices[v], colours.empty() ? Vec3::Ones() : colours[v]));
+  merger.coloured = !colours.empty();
   used.resize(merger.out.mesh.vertices.size(), false);
   merger.out.merged_vertices += static_cast<int>(ids.size());
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -116,15 +135,18 @@ Result<void> add_scene(const aiScene& scene, const std::string& name, Merger& me
 }
 
 // Vertices that no triangle has (of lines, points, or left over) would be enclosed and drawn for nothing.
-void drop_unused(sim::SurfaceMesh& mesh, const std::vector<char>& used) {
+void drop_unused(ImportedSurface& surface, const std::vector<char>& used) {
+  sim::SurfaceMesh& mesh = surface.mesh;
   std::vector<int> new_id(mesh.vertices.size(), -1);
   int kept = 0;
   for (size_t v = 0; v < mesh.vertices.size(); ++v)
     if (used[v]) {
       mesh.vertices[kept] = mesh.vertices[v];
+      if (!surface.colours.empty()) surface.colours[kept] = surface.colours[v];
       new_id[v] = kept++;
     }
   mesh.vertices.resize(kept);
+  if (!surface.colours.empty()) surface.colours.resize(kept);
   for (Triangle& t : mesh.triangles)
     for (int& v : t) v = new_id[v];
 }
@@ -143,8 +165,13 @@ void keep_readers_of(Assimp::Importer& importer, const std::string& ending) {
   }
 }
 
-Result<void> read_by_assimp(const std::filesystem::path& file, Merger& merger, std::vector<char>& used) {
-  const std::string name = file.filename().string();
+Result<void> read_by_assimp(const std::filesystem::path& given, Merger& merger, std::vector<char>& used) {
+  const std::string name = given.filename().string();
+  // Assimp garbles the names of side files where the path has "..".
+  std::error_code failure;
+  const std::filesystem::path folder =
+      std::filesystem::canonical(given.has_parent_path() ? given.parent_path() : ".", failure);
+  const std::filesystem::path file = failure ? given : folder / given.filename();
   if (has_ending(file, {".gltf", ".glb"})) {
     const auto content = read_whole(file, kMaxMeshFileBytes);
     if (!content) return std::unexpected(content.error());
@@ -167,11 +194,19 @@ Result<void> read_by_ourselves(const std::filesystem::path& file, Merger& merger
   const std::string name = file.filename().string();
   const auto content = read_whole(file, kMaxMeshFileBytes);
   if (!content) return std::unexpected(content.error());
-  const auto mesh = has_ending(file, {".ply"}) ? read_ply(*content, name) : read_off(*content, name);
-  if (!mesh) return std::unexpected(mesh.error());
-  if (mesh->triangles.empty()) return invalid(name, "has no triangle");
-  if (auto valid = sim::validate(*mesh, name); !valid) return valid;
-  add_mesh(*mesh, merger, used);
+  PlyMesh mesh;
+  if (has_ending(file, {".ply"})) {
+    auto ply = read_ply(*content, name);
+    if (!ply) return std::unexpected(ply.error());
+    mesh = *std::move(ply);
+  } else {
+    auto off = read_off(*content, name);
+    if (!off) return std::unexpected(off.error());
+    mesh.surface = *std::move(off);
+  }
+  if (mesh.surface.triangles.empty()) return invalid(name, "has no triangle");
+  if (auto valid = sim::validate(mesh.surface, name); !valid) return valid;
+  add_mesh(mesh.surface, mesh.colours, merger, used);
   return {};
 }
 
@@ -179,8 +214,8 @@ Result<void> read_by_ourselves(const std::filesystem::path& file, Merger& merger
 
 Result<ImportedSurface> import_surface(const std::filesystem::path& file) {
   const std::string name = file.filename().string();
-  if (!has_ending(file, {".obj", ".gltf", ".glb", ".ply", ".stl", ".off"}))
-    return invalid(name, "is not a surface mesh file: its ending must be .obj, .gltf, .glb, .ply, .stl or .off");
+  if (!has_ending(file, {".obj", ".gltf", ".glb", ".ply", ".stl", ".off", ".fbx"}))
+    return invalid(name, "is not a surface mesh file: its ending must be .obj, .gltf, .glb, .ply, .stl, .off or .fbx");
   if (auto readable = check_file(file, kMaxMeshFileBytes); !readable) return std::unexpected(readable.error());
 
   Merger merger;
@@ -191,7 +226,10 @@ Result<ImportedSurface> import_surface(const std::filesystem::path& file) {
   ImportedSurface& out = merger.out;
   out.merged_vertices -= static_cast<int>(out.mesh.vertices.size());
   if (out.mesh.triangles.empty()) return invalid(name, "has no triangle");
-  drop_unused(out.mesh, used);
+  merger.finish_colours();
+  drop_unused(out, used);
+  for (std::size_t v = 0; v < out.colours.size(); ++v)
+    if (!out.colours[v].allFinite()) return invalid(text(name, ".colours[", v, "]"), "is not finite");
   if (auto valid = sim::validate(out.mesh, name); !valid) return std::unexpected(valid.error());
   return std::move(out);
 }

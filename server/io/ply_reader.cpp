@@ -156,8 +156,22 @@ class Body {
   Format format_;
 };
 
-void read_vertex(Body& body, const Element& element, sim::SurfaceMesh& out) {
+// What a channel's value is a fraction of.
+double full(const Number& type) {
+  if (type.kind == Number::Kind::real) return 1;
+  return std::ldexp(1.0, 8 * type.bytes - (type.kind == Number::Kind::integer ? 1 : 0)) - 1;
+}
+
+bool has_colours(const Element& element) {
+  const auto has = [&](const char* name) {
+    return std::ranges::any_of(element.properties, [&](const Property& p) { return p.name == name && !p.length; });
+  };
+  return has("red") && has("green") && has("blue");
+}
+
+void read_vertex(Body& body, const Element& element, bool coloured, PlyMesh& out) {
   Vec3 X = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());  // an absent coordinate is no position
+  Vec3 colour = Vec3::Zero();
   for (const Property& p : element.properties) {
     if (p.length) {
       for (std::int64_t k = body.next_length(*p.length); k > 0; --k) body.next(p.type);
@@ -167,8 +181,12 @@ void read_vertex(Body& body, const Element& element, sim::SurfaceMesh& out) {
     if (p.name == "x") X.x() = value;
     if (p.name == "y") X.y() = value;
     if (p.name == "z") X.z() = value;
+    if (p.name == "red") colour[0] = value / full(p.type);
+    if (p.name == "green") colour[1] = value / full(p.type);
+    if (p.name == "blue") colour[2] = value / full(p.type);
   }
-  out.vertices.push_back(X);
+  out.surface.vertices.push_back(X);
+  if (coloured) out.colours.push_back(colour);
 }
 
 void read_face(TokenReader& in, Body& body, const Element& element, std::vector<std::vector<int>>& out) {
@@ -198,30 +216,32 @@ void skip_item(Body& body, const Element& element) {
 
 }  // namespace
 
-Result<sim::SurfaceMesh> read_ply(std::string_view content, const std::string& name) {
+Result<PlyMesh> read_ply(std::string_view content, const std::string& name) {
   TokenReader in(name, content, '\0');
   const auto header = read_header(in);
   if (!header) return std::unexpected(header.error());
   in.rest_of_line();
   const std::size_t behind = content.size() - in.bytes_left();
   Body body(in, content.substr(std::min(behind + 1, content.size())), header->format);
-  sim::SurfaceMesh out;
+  PlyMesh out;
   std::vector<std::vector<int>> polygons;  // they may come before the vertices
-  for (const Element& element : header->elements)
+  for (const Element& element : header->elements) {
+    const bool coloured = has_colours(element);
     for (std::int64_t k = 0; k < element.count && in.ok(); ++k) {
       if (element.name == "vertex")
-        read_vertex(body, element, out);
+        read_vertex(body, element, coloured, out);
       else if (element.name == "face")
         read_face(in, body, element, polygons);
       else
         skip_item(body, element);
     }
+  }
   if (!in.ok()) return std::unexpected(in.error());
   for (std::vector<int>& ids : polygons) {
     for (const int id : ids)
-      if (id >= static_cast<int>(out.vertices.size()))
-        return invalid(name, text("names vertex ", id, ", must be in [0, ", out.vertices.size(), ")"));
-    cut_polygon(out.vertices, std::move(ids), out.triangles);
+      if (id >= static_cast<int>(out.surface.vertices.size()))
+        return invalid(name, text("names vertex ", id, ", must be in [0, ", out.surface.vertices.size(), ")"));
+    cut_polygon(out.surface.vertices, std::move(ids), out.surface.triangles);
   }
   return out;
 }

@@ -8,7 +8,7 @@ namespace crumple::io {
 
 // Meshes and assets in a folder and below it. A name is a relative path in the folder: absolute paths, `..`, and links
 // that lead out are errors, whether or not such a file exists.
-// By extension: surfaces .obj .gltf .glb .ply .stl .off; tets .node .ele .msh .veg; both, and example sets, also from
+// By extension: surfaces .obj .gltf .glb .ply .stl .off .fbx; tets .node .ele .msh .veg; both, and example sets, also from
 // asset files (.crumple-asset, .json).
 class SceneFolder final : public scene_convert::MeshSource {
  public:

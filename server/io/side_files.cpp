@@ -19,7 +19,8 @@ bool lies_inside(const fs::path& file, const fs::path& folder) {
   std::error_code failure;
   const fs::path root = fs::weakly_canonical(folder.empty() ? fs::path(".") : folder, failure);
   if (failure) return false;
-  const fs::path real = fs::weakly_canonical(file, failure);
+  // Made absolute first: of a file that is not there yet, a relative path would stay one.
+  const fs::path real = fs::weakly_canonical(fs::absolute(file, failure), failure);
   return !failure && std::mismatch(root.begin(), root.end(), real.begin(), real.end()).first == root.end();
 }
 

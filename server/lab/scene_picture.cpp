@@ -14,13 +14,6 @@ namespace {
 constexpr double kNearest = 0.05;  // [m] in front of the eye
 constexpr double kAmbient = 0.35;  // share of light that comes from everywhere
 
-struct Patch {
-  double distance;
-  std::array<Eigen::Vector2d, 3> corners;  // [px]
-  Vec3 colour;                             // linear
-  double opacity;
-};
-
 // Linear light as an sRGB byte.
 int srgb(double linear) {
   const double c = std::clamp(linear, 0.0, 1.0);
@@ -48,7 +41,7 @@ struct Projection {
 };
 
 void add_patches(const BodyTopology& body, const BodyFrame& at, const Projection& project, std::vector<Patch>& patches) {
-  const Vec3 light = (project.up - project.right - project.forward).normalized();
+  const Vec3 sun = (project.up - project.right - project.forward).normalized();
   const auto place = [&](int vertex) -> Vec3 {
     return body.deformable ? at.positions[vertex].cast<double>() : at.pose * body.vertices[vertex].cast<double>();
   };
@@ -61,30 +54,34 @@ void add_patches(const BodyTopology& body, const BodyFrame& at, const Projection
     double value = 0;
     if (!at.values.empty()) value = (at.values[triangle[0]] + at.values[triangle[1]] + at.values[triangle[2]]) / 3.0;
     const Vec3 colour = (1 - value) * base + value * Vec3(0.9, 0.05, 0.03);
-    const double lit = kAmbient + (1 - kAmbient) * std::abs(normal.dot(light));
-    patches.push_back({project.distance((a + b + c) / 3), {project(a), project(b), project(c)}, lit * colour, body.opacity});
+    const double lit = kAmbient + (1 - kAmbient) * std::abs(normal.dot(sun));
+    const Vec3 light = lit * colour;
+    patches.push_back({project.distance((a + b + c) / 3), {project(a), project(b), project(c)},
+                       {srgb(light.x()), srgb(light.y()), srgb(light.z())}, body.opacity});
   }
 }
 
 }  // namespace
 
-std::string svg_tile(const Topology& topology, const Frame& frame, const Camera& camera, int x, int y, int width, int height) {
+std::vector<Patch> patches(const Topology& topology, const Frame& frame, const Camera& camera, int width, int height) {
   const Projection project(camera, width, height);
-  std::vector<Patch> patches;
-  for (const BodyFrame& at : frame.bodies) add_patches(topology.bodies[at.id], at, project, patches);
-  std::ranges::stable_sort(patches, std::greater(), &Patch::distance);
+  std::vector<Patch> out;
+  for (const BodyFrame& at : frame.bodies) add_patches(topology.bodies[at.id], at, project, out);
+  std::ranges::stable_sort(out, std::greater(), &Patch::distance);
+  return out;
+}
 
+std::string svg_tile(const Topology& topology, const Frame& frame, const Camera& camera, int x, int y, int width, int height) {
   std::ostringstream svg;
   svg << std::fixed << std::setprecision(1);
   svg << "<svg x=\"" << x << "\" y=\"" << y << "\" width=\"" << width << "\" height=\"" << height << "\">\n";
-  for (const Patch& patch : patches) {
+  for (const Patch& patch : patches(topology, frame, camera, width, height)) {
     const bool inside = std::ranges::any_of(patch.corners, [&](const Eigen::Vector2d& p) {
       return p.x() > -width && p.x() < 2 * width && p.y() > -height && p.y() < 2 * height;
     });
     if (!inside) continue;
     // The edge in the same colour closes the seams between neighbours.
-    const std::string rgb = "rgb(" + std::to_string(srgb(patch.colour.x())) + "," + std::to_string(srgb(patch.colour.y())) + "," +
-                            std::to_string(srgb(patch.colour.z())) + ")";
+    const std::string rgb = "rgb(" + std::to_string(patch.rgb[0]) + "," + std::to_string(patch.rgb[1]) + "," + std::to_string(patch.rgb[2]) + ")";
     svg << "<path d=\"M" << patch.corners[0].x() << " " << patch.corners[0].y();
     for (int k = 1; k < 3; ++k) svg << "L" << patch.corners[k].x() << " " << patch.corners[k].y();
     svg << "Z\" fill=\"" << rgb << "\"";

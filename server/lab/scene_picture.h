@@ -2,7 +2,9 @@
 
 #include "common/frame.h"
 
+#include <array>
 #include <string>
+#include <vector>
 
 // Pictures of a world without a browser.
 namespace crumple::lab {
@@ -13,6 +15,17 @@ struct Camera {
   Vec3 target = Vec3::Zero();    // in the middle of the picture [m]
   double field_of_view = 0.6;    // of its height [rad]
 };
+
+// A triangle as it is seen: lit, in pixels of its tile from the upper left corner.
+struct Patch {
+  double distance;                         // of its middle, along the view [m]
+  std::array<Eigen::Vector2d, 3> corners;  // [px]
+  std::array<int, 3> rgb;                  // sRGB, 0 to 255
+  double opacity;
+};
+
+// What a tile of `width` x `height` pixels shows, from far to near; what reaches behind the camera is left out.
+std::vector<Patch> patches(const Topology& topology, const Frame& frame, const Camera& camera, int width, int height);
 
 // A tile of an SVG: <g> of `width` x `height` pixels whose upper left corner is at (x, y). Triangles are drawn from far to
 // near, by their middles, lit from the camera's upper left; vertices that have a value in the frame turn red by it. What

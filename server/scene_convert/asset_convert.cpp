@@ -76,6 +76,22 @@ Result<sim::example_based::Example> to_example(const v1::Example& message, const
   return example;
 }
 
+Result<std::vector<sim::example_based::Handle>> to_handles(
+    const google::protobuf::RepeatedPtrField<v1::Handle>& messages, const std::string& field) {
+  std::vector<sim::example_based::Handle> handles;
+  for (const v1::Handle& message : messages) {
+    const std::string at = field + "[" + std::to_string(handles.size()) + "]";
+    if (message.name().size() > sim::limits::kMaxNameBytes)
+      return invalid(at + ".name", "has " + std::to_string(message.name().size()) + " bytes, must have at most 256");
+    sim::FirstBreach breach;
+    const Vec3 position = to_vec3(message.position());
+    breach.vector(position, sim::kMaxPosition, at + ".position");
+    if (!breach.ok()) return std::unexpected(breach.result().error());
+    handles.push_back({message.name(), position});
+  }
+  return handles;
+}
+
 // The value's own gate, in the messages' names.
 template <class T>
 Result<T> checked(T&& value, const std::string& field) {
@@ -126,6 +142,11 @@ Result<ExampleSet> to_example_set(const v1::ExampleSet& message, const std::stri
     if (!render) return std::unexpected(render.error());
     set.render = *std::move(render);
   }
+  auto handles = to_handles(message.handles(), field + ".handles");
+  if (!handles) return std::unexpected(handles.error());
+  set.handles = *std::move(handles);
+  set.alpha_scale.assign(message.alpha_scale().begin(), message.alpha_scale().end());
+  set.beta_scale.assign(message.beta_scale().begin(), message.beta_scale().end());
   return checked(std::move(set), field);
 }
 
@@ -160,7 +181,14 @@ v1::ExampleSet to_message(const ExampleSet& set) {
   }
   for (const std::vector<int>& part : set.convex_parts)
     message.add_convex_parts()->mutable_vertices()->Add(part.begin(), part.end());
+  for (const sim::example_based::Handle& handle : set.handles) {
+    v1::Handle* h = message.add_handles();
+    h->set_name(handle.name);
+    *h->mutable_position() = to_message(handle.position);
+  }
   if (!set.render.vertices.empty()) *message.mutable_render() = to_message(set.render);
+  message.mutable_alpha_scale()->Add(set.alpha_scale.begin(), set.alpha_scale.end());
+  message.mutable_beta_scale()->Add(set.beta_scale.begin(), set.beta_scale.end());
   return message;
 }
 

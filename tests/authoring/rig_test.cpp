@@ -98,6 +98,22 @@ TEST(FittedToSurface, BringsTheBoundaryToTheSurface) {
   EXPECT_NEAR(filled_volume(mesh), enclosed_volume(sphere), 0.05 * enclosed_volume(sphere));
 }
 
+// The tets' faces are chords of about 0.25 m, or tangents; outwards by the sagitta h^2 / (8 r) = 0.008 m they hold all.
+TEST(PushedAroundVertices, EnclosesAllAndStaysNearTheSurface) {
+  const sim::SurfaceMesh sphere = icosphere(1, 4);
+  const auto enclosed = enclosing_mesh(sphere, {.cell_size = 0.25});
+  const sim::TetMesh fitted = fitted_to_surface(*enclosed, sphere);
+  EXPECT_GT(outside_vertices(fitted, sphere.vertices).size(), sphere.vertices.size() / 3);
+  const sim::TetMesh mesh = pushed_around_vertices(fitted, sphere, 0.25);
+  EXPECT_TRUE(sim::validate(mesh, "mesh"));
+  EXPECT_EQ(outside_vertices(mesh, sphere.vertices).size(), 0u);
+  double mean = 0;
+  const auto boundary = surface_nodes(mesh.tets);
+  for (const int node : boundary) mean += (mesh.X[node].norm() - 1) / static_cast<double>(boundary.size());
+  EXPECT_LT(mean, 0.12 * 0.25);  // where tets are flat, more of them move
+  EXPECT_NEAR(filled_volume(mesh), enclosed_volume(sphere), 0.05 * enclosed_volume(sphere));
+}
+
 TEST(FittedToSurface, KeepsTheCornersOfABox) {
   const sim::SurfaceMesh box = box_surface({1, 0.6, 0.4});
   const sim::TetMesh mesh = fitted_to_surface(*enclosing_mesh(box, {.cell_size = 0.25}), box);

@@ -86,6 +86,12 @@ TEST(MeshImport, TriangulatesPolygonsAndMergesEqualPositions) {
   EXPECT_EQ(surface->mesh.triangles.size(), 4u);
 }
 
+TEST(MeshImport, AMissingSideFileOfARelativeFileIsNoFault) {
+  const auto file = write("with_material.obj", "mtllib absent.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const auto surface = import_surface(std::filesystem::proximate(file));
+  ASSERT_TRUE(surface) << surface.error().text();
+}
+
 // An L: its area comes out right only if no triangle lies in the notch.
 TEST(MeshImport, CutsConcavePolygonsInside) {
   const auto surface =

@@ -44,6 +44,12 @@ std::string text_of(const Result<Imported>& result) {
   return result.error().text();
 }
 
+TEST(SideFiles, AFileThatIsNotThereYetLiesWhereItWould) {
+  EXPECT_TRUE(lies_inside("not yet.bin", "."));
+  EXPECT_TRUE(lies_inside("not yet/a.bin", ""));
+  EXPECT_FALSE(lies_inside("../not yet.bin", "."));
+}
+
 TEST(SideFiles, NamesInsideAreRelativeWithoutDots) {
   for (const char* name : {"a.bin", "sub/a.bin", "./a.bin", "..a", "a..b/c"}) EXPECT_TRUE(is_inside_name(name)) << name;
   for (const char* name : {"", "..", "../a.bin", "sub/../../a.bin", "/a.bin", "sub/.."})

@@ -31,6 +31,9 @@ TEST(AssetConvert, AnExampleSetComesBackEqualInBothFormsOfItsWeights) {
   const auto made = authoring::make_barrel_asset(coarse);
   ASSERT_TRUE(made) << made.error().text();
   sim::example_based::ExampleSet set = *made;
+  for (int b = 0; b < set.bone_count(); ++b) set.handles.push_back({"bone " + std::to_string(b), Vec3(b, 1.0 / 3, -b)});
+  set.alpha_scale.assign(set.vertex_count(), 0.25);
+  for (int i = 0; i < set.vertex_count(); ++i) set.beta_scale.push_back(1 + 0.5 * i);
   for (const bool sparse : {false, true}) {
     if (sparse) {
       set.W.setZero();
@@ -45,7 +48,14 @@ TEST(AssetConvert, AnExampleSetComesBackEqualInBothFormsOfItsWeights) {
     EXPECT_EQ(back->mesh.X, set.mesh.X);
     EXPECT_EQ(back->W, set.W);
     EXPECT_EQ(back->convex_parts, set.convex_parts);
+    EXPECT_EQ(back->alpha_scale, set.alpha_scale);
+    EXPECT_EQ(back->beta_scale, set.beta_scale);
     EXPECT_EQ(back->render.vertices, set.render.vertices);
+    ASSERT_EQ(back->handles.size(), set.handles.size());
+    for (std::size_t b = 0; b < set.handles.size(); ++b) {
+      EXPECT_EQ(back->handles[b].name, set.handles[b].name);
+      EXPECT_EQ(back->handles[b].position, set.handles[b].position);
+    }
     ASSERT_EQ(back->example_count(), set.example_count());
     for (int e = 0; e < set.example_count(); ++e) {
       EXPECT_EQ(back->examples[e].name, set.examples[e].name);
@@ -55,6 +65,17 @@ TEST(AssetConvert, AnExampleSetComesBackEqualInBothFormsOfItsWeights) {
       }
     }
   }
+}
+
+TEST(AssetConvert, ScalesOfAlphaAndBetaAreCheckedUnderTheirNames) {
+  authoring::BarrelAsset coarse;
+  coarse.cell_size = 0.3;
+  v1::ExampleSet message = to_message(*authoring::make_barrel_asset(coarse));
+  EXPECT_EQ(message.alpha_scale_size(), 0);
+  message.add_beta_scale(2);
+  const auto back = to_example_set(message, "asset");
+  ASSERT_FALSE(back);
+  EXPECT_EQ(back.error().field, "asset.beta_scale");
 }
 
 TEST(AssetConvert, PathsOfErrorsUseTheNamesOfTheMessage) {

@@ -91,7 +91,7 @@ void ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool) {
   double strength = 0;
   for (const eb::PointImpulse& strike : strikes_) strength += strike.impulse.norm();
   impulses_.clear();
-  if (!(strength <= parameters_.beta) && !held_) {
+  if (!(strength <= parameters_.beta * rest.least_beta_scale) && !held_) {
     eb::locate_impulses(rest, state, strikes_, eb::Site::nearest_vertex, boxes_, impulses_);
   }
   strikes_.clear();

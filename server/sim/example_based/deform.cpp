@@ -30,7 +30,8 @@ void accumulate(const ExampleRest& rest, const ExampleParameters& parameters, St
       ++work.report.rejected;
       continue;
     }
-    const Vec3 dx = at.share * plastic_displacement(at.impulse, dt, mass, parameters.beta);
+    const double beta = parameters.beta * rest.set->beta_scale_at(at.vertex);
+    const Vec3 dx = at.share * plastic_displacement(at.impulse, dt, mass, beta);
     if (dx.isZero(0)) continue;
     work.report.plastic.push_back({at.vertex, at.impulse.norm()});
     work.changes.push_back({at.vertex, {}});
@@ -41,7 +42,8 @@ void accumulate(const ExampleRest& rest, const ExampleParameters& parameters, St
     for (int k = begin; k < end; ++k) {
       WeightChange& change = work.changes[k];
       const Jacobian J = skinning_jacobian(rest, change.vertex, state.E.row(change.vertex).transpose());
-      change.de = weight_change(parameters, J, work.dx[k]);
+      // eqs. 8, 9 and 10 are all linear in alpha
+      change.de = rest.set->alpha_scale_at(change.vertex) * weight_change(parameters, J, work.dx[k]);
     }
   });
   std::erase_if(work.changes, [](const WeightChange& change) { return change.de.isZero(0); });

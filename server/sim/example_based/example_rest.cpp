@@ -86,6 +86,8 @@ ExampleRest make_rest(std::shared_ptr<const ExampleSet> set) {
   share_mass(rest);
   rest.graph = edge_graph(rest.set->mesh.X, rest.set->mesh.tets);
   find_surface(rest);
+  rest.least_beta_scale = kMaxRegionScale;
+  for (int i : rest.surface_vertices) rest.least_beta_scale = std::min(rest.least_beta_scale, rest.set->beta_scale_at(i));
   for (const std::vector<int>& part : rest.set->convex_parts) rest.hull_vertices.push_back(hull_candidates(rest, part));
   prepare_drawing(rest);
   return rest;

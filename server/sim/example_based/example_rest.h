@@ -43,6 +43,8 @@ struct ExampleRest {
   // Propagation.
   EdgeGraph graph;
 
+  double least_beta_scale = 1;  // of the surface's vertices [-]: where the body yields first
+
   // Surface.
   std::vector<Triangle> surface;      // vertex ids, counter-clockwise from outside
   std::vector<int> surface_vertices;  // ascending

@@ -66,6 +66,23 @@ Result<void> validate_part(const std::vector<int>& part, int vertices, const std
   return {};
 }
 
+Result<void> validate_handles(const ExampleSet& set, const std::string& field) {
+  if (!set.handles.empty() && static_cast<int>(set.handles.size()) != set.bone_count())
+    return invalid(field, text("has ", set.handles.size(), " handles, must have ", set.bone_count(), ", one a bone, or none"));
+  for (std::size_t b = 0; b < set.handles.size(); ++b)
+    if (!set.handles[b].position.allFinite()) return invalid(text(field, "[", b, "].position"), "is not finite");
+  return {};
+}
+
+Result<void> validate_scale(const std::vector<double>& scale, int vertices, const std::string& field) {
+  if (!scale.empty() && static_cast<int>(scale.size()) != vertices)
+    return invalid(field, text("has ", scale.size(), " numbers, must have ", vertices, ", one a vertex, or none"));
+  for (std::size_t i = 0; i < scale.size(); ++i)
+    if (!(scale[i] >= 0 && scale[i] <= kMaxRegionScale))
+      return invalid(text(field, "[", i, "]"), text("is ", scale[i], ", must be in [0, ", kMaxRegionScale, "]"));
+  return {};
+}
+
 }  // namespace
 
 Result<void> validate(const ExampleSet& set, const std::string& field) {
@@ -80,6 +97,9 @@ Result<void> validate(const ExampleSet& set, const std::string& field) {
   for (std::size_t p = 0; p < set.convex_parts.size(); ++p)
     if (auto ok = validate_part(set.convex_parts[p], set.vertex_count(), indexed(field, "convex_parts", p)); !ok)
       return ok;
+  if (auto ok = validate_handles(set, field + ".handles"); !ok) return ok;
+  if (auto ok = validate_scale(set.alpha_scale, set.vertex_count(), field + ".alpha_scale"); !ok) return ok;
+  if (auto ok = validate_scale(set.beta_scale, set.vertex_count(), field + ".beta_scale"); !ok) return ok;
   if (!set.render.vertices.empty() || !set.render.triangles.empty()) return validate(set.render, field + ".render");
   return {};
 }

@@ -21,6 +21,12 @@ struct Example {
   std::vector<BoneTransform> bones;  // B
 };
 
+// What an artist takes hold of: a bone by its name, and the point of it that rests there.
+struct Handle {
+  std::string name;
+  Vec3 position = Vec3::Zero();  // at rest, in the asset's axes [m]
+};
+
 // The authored, constant part of an example-based body: u, W and T of Jones et al. 2016, section 3.
 struct ExampleSet {
   TetMesh mesh;                   // u: undeformed vertices [m] in the asset's axes, N of them, and their tets
@@ -33,6 +39,16 @@ struct ExampleSet {
   // Graphical mesh in the asset's axes; carried by the tets. Empty: the tets' own surface is drawn.
   SurfaceMesh render;
 
+  // Weak and strong regions, one factor a vertex: alpha (eq. 8) and beta (eq. 4) of an impulse at vertex i are those of
+  // the body times these. Empty: 1 everywhere.
+  std::vector<double> alpha_scale;  // [-], [0, 1e6]
+  std::vector<double> beta_scale;   // [-], [0, 1e6]
+
+  // The bones as their artist knows them, for authoring only: B in the order of W's columns, or none.
+  std::vector<Handle> handles;
+
+  double alpha_scale_at(int i) const { return alpha_scale.empty() ? 1 : alpha_scale[i]; }
+  double beta_scale_at(int i) const { return beta_scale.empty() ? 1 : beta_scale[i]; }
   int vertex_count() const { return mesh.node_count(); }
   int bone_count() const { return static_cast<int>(W.cols()); }
   int example_count() const { return static_cast<int>(examples.size()); }
@@ -53,12 +69,14 @@ struct ExampleParameters {
 };
 
 // Size limits of what the server accepts.
+inline constexpr double kMaxRegionScale = 1e6;  // of alpha and beta
 inline constexpr int kMaxExamples = 64;  // the paper's bodies have 3 to 6
 inline constexpr int kMaxBones = 1024;   // the paper's have 12 to 64
 
 // Rejects what `validate(TetMesh)` rejects, W of another size, outside [0, 1] by more than 1e-9 or with rows that do
 // not sum to 1 within 1e-6, no example, another number of bones, non-finite transforms, quaternions shorter than 1e-6,
-// convex parts that are empty, under four vertices or out of range, and a non-empty `render` that
+// convex parts that are empty, under four vertices or out of range, handles of another number than bones or not finite,
+// scales of alpha or beta of another number than the vertices or outside [0, 1e6], and a non-empty `render` that
 // `validate(SurfaceMesh)` rejects. `field` prefixes the error's path.
 Result<void> validate(const ExampleSet& set, const std::string& field);
 

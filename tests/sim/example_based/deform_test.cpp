@@ -183,6 +183,41 @@ TEST(Deform, ASnapshotOfTheStateGoesOnBitForBit) {
   }
 }
 
+// Eq. 4 with beta and eqs. 8, 9, 10 with alpha times the vertex's own factor: an impulse is worth what is above its own
+// beta, times its own alpha.
+TEST(Deform, WeakAndStrongRegionsScaleAlphaAndBeta) {
+  for (auto step :
+       {ExampleParameters::Step::equation8, ExampleParameters::Step::equation9, ExampleParameters::Step::equation10}) {
+    ExampleParameters p;
+    p.beta = 100;
+    p.step = step;
+    auto set = car();
+    Body plain(car(), p);
+    const int v = end_vertex(plain.rest);
+    set->alpha_scale.assign(set->vertex_count(), 1);
+    set->beta_scale.assign(set->vertex_count(), 1);
+    set->alpha_scale[v] = 3;
+    set->beta_scale[v] = 2;
+    Body painted(set, p);
+    const auto accumulated = [&](Body& body, int vertex, double size) {
+      accumulate(body.rest, body.p, {}, kMass, std::vector<VertexImpulse>{{vertex, Vec3(0, 0, -size)}}, ThreadPool(1),
+                 body.state, body.work);
+      const WeightRow row = body.state.dE.row(vertex).transpose();
+      body.state.dE.setZero();
+      body.state.active.clear();
+      return row;
+    };
+    EXPECT_EQ(accumulated(painted, v, 200).norm(), 0) << "its beta is 200 N s";
+    EXPECT_TRUE(painted.work.report.plastic.empty());
+    // 150 N s above beta on both: three times the change
+    EXPECT_LT((accumulated(painted, v, 350) - 3 * accumulated(plain, v, 250)).norm(),
+              1e-13 * accumulated(painted, v, 350).norm());
+    EXPECT_GT(accumulated(painted, v, 350).norm(), 0);
+    // and its neighbours are as they were
+    EXPECT_EQ(accumulated(painted, v - 1, 250), accumulated(plain, v - 1, 250));
+  }
+}
+
 TEST(Deform, HundredViolentImpactsStayInTheSimplex) {  // STABILITY 29
   for (auto step :
        {ExampleParameters::Step::equation8, ExampleParameters::Step::equation9, ExampleParameters::Step::equation10}) {

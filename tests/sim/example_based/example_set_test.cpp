@@ -31,6 +31,14 @@ TEST(ExampleSet, EachBreachIsNamedWithItsField) {
   EXPECT_THAT(breach([](auto& s) { s.convex_parts.clear(); }), HasSubstr("set.convex_parts is empty"));
   EXPECT_THAT(breach([](auto& s) { s.convex_parts[0].resize(3); }), HasSubstr("set.convex_parts[0] has 3 vertices"));
   EXPECT_THAT(breach([](auto& s) { s.convex_parts[0][4] = 100000; }), HasSubstr("set.convex_parts[0][4] is 100000"));
+  EXPECT_THAT(breach([](auto& s) { s.alpha_scale.assign(3, 1); }), HasSubstr("set.alpha_scale has 3 numbers"));
+  EXPECT_THAT(breach([](auto& s) { s.alpha_scale.assign(s.vertex_count(), -1); }), HasSubstr("set.alpha_scale[0] is -1"));
+  EXPECT_THAT(breach([](auto& s) { s.beta_scale.assign(s.vertex_count() + 1, 1); }), HasSubstr("set.beta_scale has"));
+  EXPECT_THAT(breach([](auto& s) {
+                s.beta_scale.assign(s.vertex_count(), 1);
+                s.beta_scale[4] = NAN;
+              }),
+              HasSubstr("set.beta_scale[4] is nan"));
   EXPECT_THAT(breach([](auto& s) { s.render.vertices.push_back(Vec3::Zero()); }), HasSubstr("set.render"));
 }
 

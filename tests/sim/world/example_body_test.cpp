@@ -64,5 +64,22 @@ TEST_F(StruckBarrel, ManySmallImpulsesAddUpAtTheirVertex) {
   EXPECT_EQ(step().plastic, 0);
 }
 
+// The quick way out for bodies at rest must know of regions that yield before the body's beta does.
+TEST_F(StruckBarrel, AWeakRegionYieldsBelowTheBodysBeta) {
+  ASSERT_TRUE(body);
+  auto set = std::make_shared<example_based::ExampleSet>(*body->rest.set);
+  set->beta_scale.assign(set->vertex_count(), 1);
+  for (int i = 0; i < set->vertex_count(); ++i)
+    if (set->mesh.X[i].x() > 0.2) set->beta_scale[i] = 0.1;
+  auto& model = std::get<ExampleModel>(description.model);
+  model.set = set;
+  body = ExampleBody::make(1, description, model, rigid, "b");
+  ASSERT_TRUE(body);
+  body->strike(Vec3(0.33, 0, 0), Vec3(-0.4, 0, 0));  // beta is 1 N s, here 0.1
+  EXPECT_EQ(step().plastic, 1);
+  body->strike(Vec3(-0.33, 0, 0), Vec3(0.4, 0, 0));
+  EXPECT_EQ(step().plastic, 0);
+}
+
 }  // namespace
 }  // namespace crumple::sim

@@ -1,0 +1,63 @@
+#include "server/rig/rig_summary.h"
+
+namespace crumple::rig {
+namespace {
+
+const char* source_name(authoring::ExampleReport::Source source) {
+  using Source = authoring::ExampleReport::Source;
+  switch (source) {
+    case Source::animation:
+      return "animation";
+    case Source::copy:
+      return "copy";
+    case Source::handles:
+      return "handles";
+    case Source::crushed:
+      break;
+  }
+  return "crushed";
+}
+
+}  // namespace
+
+nlohmann::json summary(const authoring::ExampleReport& e) {
+  nlohmann::json out{{"name", e.name}, {"source", source_name(e.source)}};
+  if (e.source == authoring::ExampleReport::Source::copy) {
+    out["residual_rms"] = e.residual_rms;
+    out["residual_largest"] = e.residual_largest;
+  }
+  return out;
+}
+
+nlohmann::json summary(const authoring::RigReport& r) {
+  nlohmann::json examples = nlohmann::json::array();
+  for (const auto& e : r.examples) examples.push_back(summary(e));
+  return {{"vertices", r.vertices},
+          {"triangles", r.triangles},
+          {"vertices_enclosed", r.vertices_enclosed},
+          {"vertices_enclosed_percent", r.vertices > 0 ? 100.0 * r.vertices_enclosed / r.vertices : 0.0},
+          {"cell_size", r.enclosing.cell_size},
+          {"parts", r.enclosing.bodies},
+          {"pinched_nodes", r.enclosing.pinched_nodes},
+          {"nodes", r.nodes},
+          {"tets", r.tets},
+          {"handles", {{"given", r.given_handles}, {"automatic", r.automatic_handles}}},
+          {"examples", examples},
+          {"warnings", r.warnings}};
+}
+
+nlohmann::json summary(const sim::example_based::ExampleSet& set) {
+  nlohmann::json handles = nlohmann::json::array(), examples = nlohmann::json::array();
+  for (const auto& h : set.handles)
+    handles.push_back({{"name", h.name}, {"position", {h.position.x(), h.position.y(), h.position.z()}}});
+  for (const auto& e : set.examples) examples.push_back(e.name);
+  return {{"nodes", set.vertex_count()},
+          {"tets", set.mesh.tet_count()},
+          {"bones", set.bone_count()},
+          {"handles", handles},
+          {"examples", examples},
+          {"convex_parts", set.convex_parts.size()},
+          {"regions", !set.alpha_scale.empty() || !set.beta_scale.empty()}};
+}
+
+}  // namespace crumple::rig

@@ -1,0 +1,260 @@
+#include "server/authoring/rig_pipeline.h"
+
+#include "server/authoring/painted_regions.h"
+#include "tests/authoring/surfaces_for_tests.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace crumple::authoring {
+namespace {
+
+using sim::example_based::BoneTransform;
+using ::testing::HasSubstr;
+
+// A block of 2 x 1 x 1 m about the origin.
+ArtistMesh block() {
+  ArtistMesh mesh;
+  for (int k = 0; k < 8; ++k)
+    mesh.surface.vertices.emplace_back(k & 1 ? 1 : -1, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
+  mesh.surface.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                            {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return mesh;
+}
+
+// With joints at both ends.
+ArtistMesh jointed_block() {
+  ArtistMesh mesh = block();
+  mesh.handles = {{"left", Vec3(-1, 0, 0)}, {"right", Vec3(1, 0, 0)}};
+  return mesh;
+}
+
+RigOptions coarse() { return {.enclosing = {.tet_budget = 600}}; }
+
+TEST(RigPipeline, EnclosesEveryVertexAndCrushesEverySide) {
+  std::vector<double> done;
+  const auto made = make_asset(block(), coarse(), [&](double part, const std::string&) { done.push_back(part); });
+  ASSERT_TRUE(made) << made.error().text();
+  EXPECT_EQ(made->report.vertices, 8);
+  EXPECT_EQ(made->report.vertices_enclosed, 8);
+  EXPECT_EQ(made->report.automatic_handles, kDefaultHandles);
+  EXPECT_EQ(made->set.example_count(), 7);
+  EXPECT_LE(made->report.tets, 600);
+  EXPECT_TRUE(std::ranges::is_sorted(done));
+  EXPECT_EQ(done.back(), 1);
+}
+
+TEST(RigPipeline, KeepsTheLatticeWhereAskedTo) {
+  RigOptions options = coarse();
+  options.keep_lattice = true;
+  const auto made = make_asset(block(), options);
+  ASSERT_TRUE(made) << made.error().text();
+  EXPECT_EQ(made->report.vertices_enclosed, 8);
+}
+
+TEST(RigPipeline, PutsAutomaticHandlesBesideThoseGiven) {
+  RigOptions options = coarse();
+  options.handles = {{"middle", Vec3(0, 0.5, 0)}};
+  options.automatic_handles = 5;
+  const auto made = make_asset(jointed_block(), options);
+  ASSERT_TRUE(made) << made.error().text();
+  ASSERT_EQ(made->set.handles.size(), 8u);
+  EXPECT_EQ(made->set.handles[2].name, "middle");
+  EXPECT_EQ(made->set.handles[3].name, "auto 1");
+  EXPECT_EQ(made->report.given_handles, 3);
+  EXPECT_EQ(made->report.automatic_handles, 5);
+  for (std::size_t a = 3; a < 8; ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      EXPECT_GT((made->set.handles[a].position - made->set.handles[b].position).norm(), 0.3)
+          << made->set.handles[a].name << " " << made->set.handles[b].name;
+}
+
+// Joints that all move as one carry all of the body so, automatic handles too.
+TEST(RigPipeline, ARigidMotionOfTheJointsIsOneOfTheBody) {
+  ArtistMesh mesh = jointed_block();
+  const BoneTransform motion{Quat(Eigen::AngleAxisd(1.2, Vec3(1, 2, 3).normalized())), Vec3(0.1, -2, 3)};
+  mesh.poses = {{"moved", {motion, motion}}};
+  RigOptions options = coarse();
+  options.automatic_handles = 6;
+  const auto made = make_asset(mesh, options);
+  ASSERT_TRUE(made) << made.error().text();
+  ASSERT_EQ(made->set.example_count(), 2) << "no crushed poses beside others";
+  const auto x = skinned(made->set, made->set.examples[1].bones);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    EXPECT_LT((x[i] - (motion.q * made->set.mesh.X[i] + motion.t)).norm(), 1e-12);
+}
+
+TEST(RigPipeline, ACopyThatIsOnlyMovedIsFittedExactly) {
+  ArtistMesh mesh = block();
+  mesh.copies = {{"moved", mesh.surface.vertices}};
+  for (Vec3& p : mesh.copies[0].vertices) p += Vec3(0.3, -0.2, 0.1);
+  const auto made = make_asset(mesh, coarse());
+  ASSERT_TRUE(made) << made.error().text();
+  ASSERT_EQ(made->report.examples.size(), 1u);
+  EXPECT_EQ(made->report.examples[0].source, ExampleReport::Source::copy);
+  EXPECT_LT(made->report.examples[0].residual_largest, 1e-9);  // vertices outside of the tets are carried along too
+}
+
+// One end of the block drawn out to twice its width: residuals say what is left.
+TEST(RigPipeline, ReportsWhatAFitLeaves) {
+  ArtistMesh mesh = block();
+  mesh.copies = {{"flared", mesh.surface.vertices}};
+  for (Vec3& p : mesh.copies[0].vertices)
+    if (p.x() > 0) p.y() *= 2, p.z() *= 2;
+  const double moved = std::sqrt(0.5);
+  const auto made = make_asset(mesh, coarse());
+  ASSERT_TRUE(made) << made.error().text();
+  const ExampleReport& report = made->report.examples[0];
+  EXPECT_GT(report.residual_rms, 0);
+  EXPECT_LE(report.residual_rms, report.residual_largest);
+  EXPECT_LT(report.residual_largest, 0.6 * moved);
+}
+
+TEST(RigPipeline, ColoursBecomeFactorsOfAlphaAndBeta) {
+  ArtistMesh mesh = block();
+  for (const Vec3& p : mesh.surface.vertices) mesh.colours.push_back(p.x() > 0 ? Vec3(1, 0, 0.5) : Vec3(0, 1, 0.75));
+  RigOptions options = coarse();
+  options.painted_regions = true;
+  const auto made = make_asset(mesh, options);
+  ASSERT_TRUE(made) << made.error().text();
+  const auto& set = made->set;
+  ASSERT_EQ(static_cast<int>(set.alpha_scale.size()), set.vertex_count());
+  ASSERT_EQ(static_cast<int>(set.beta_scale.size()), set.vertex_count());
+  for (int i = 0; i < set.vertex_count(); ++i) {
+    // Linear along x between the ends: channel (x + 1) / 2, scale 2^(4 x).
+    const double x = std::clamp(set.mesh.X[i].x(), -1.0, 1.0);
+    if (std::abs(set.mesh.X[i].y()) < 0.49 && std::abs(set.mesh.X[i].z()) < 0.49)
+      continue;  // inside: of whichever side is nearest
+    EXPECT_NEAR(std::log2(set.alpha_scale[i]), 4 * x, 0.2);
+    EXPECT_NEAR(std::log2(set.beta_scale[i]), 1 - x, 0.2);
+  }
+}
+
+TEST(RigPipeline, ARegionsChannelAndScaleAreInverse) {
+  EXPECT_DOUBLE_EQ(region_scale(0.5), 1);
+  EXPECT_DOUBLE_EQ(region_scale(0), 1.0 / 16);
+  EXPECT_DOUBLE_EQ(region_scale(1), 16);
+  for (const double scale : {1.0 / 16, 0.3, 1.0, 5.0, 16.0})
+    EXPECT_NEAR(region_scale(region_channel(scale)), scale, 1e-12 * scale);
+  EXPECT_EQ(region_channel(0), 0);
+  EXPECT_EQ(region_channel(1e6), 1);
+}
+
+TEST(RigPipeline, TakesPaintedWeights) {
+  ArtistMesh mesh = jointed_block();
+  mesh.weights.resize(8, 2);
+  for (int v = 0; v < 8; ++v) mesh.weights.row(v) << (v & 1 ? 0.25 : 1), (v & 1 ? 0.75 : 0);
+  mesh.poses = {{"pulled", {BoneTransform{}, {Quat::Identity(), Vec3(1, 0, 0)}}}};
+  RigOptions options = coarse();
+  options.painted_weights = true;
+  const auto made = make_asset(mesh, options);
+  ASSERT_TRUE(made) << made.error().text();
+  EXPECT_LT((made->set.W.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
+  for (int i = 0; i < made->set.vertex_count(); ++i)
+    if (made->set.mesh.X[i].x() > 1 - 1e-9) EXPECT_NEAR(made->set.W(i, 1), 0.75, 1e-9);
+}
+
+TEST(RigPipeline, APoseOfHandlesTakesTheOthersAlong) {
+  RigOptions options = coarse();
+  options.poses = {{"lifted", {{.handle = "left", .position = Vec3(-1, 2, 0)}}}};
+  const auto made = make_asset(jointed_block(), options);
+  ASSERT_TRUE(made) << made.error().text();
+  EXPECT_EQ(made->set.examples[1].bones[0].t, Vec3(0, 2, 0));
+  EXPECT_EQ(made->set.examples[1].bones[1].t, Vec3(0, 2, 0)) << "by the only handle that the pose names";
+  auto set = made->set;
+  ASSERT_TRUE(
+      add_held_pose(set, {"held", {{.handle = "left", .position = Vec3(-1, 2, 0), .rotation = Quat(0, 0, 2, 0)}}}));
+  EXPECT_EQ(set.examples[2].bones[1].t, Vec3(0, 0, 0));
+  EXPECT_LT((set.examples[2].bones[0].q * Vec3(-1, 0, 0) + set.examples[2].bones[0].t - Vec3(-1, 2, 0)).norm(), 1e-12);
+}
+
+TEST(RigPipeline, UsesTheMethodsThatItIsGiven) {
+  RigMethods methods = default_rig_methods();
+  methods.weights = [](const sim::TetMesh&, std::span<const Vec3>) -> Result<Eigen::MatrixXd> {
+    return invalid("handles[3]", "lies in no tet");
+  };
+  const auto failed = make_asset(block(), coarse(), {}, methods);
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().text(), "handles[3] lies in no tet");
+}
+
+TEST(RigPipeline, NamesWhatIsWrong) {
+  const auto says = [](const ArtistMesh& mesh, const auto& change) {
+    RigOptions options = coarse();
+    ArtistMesh changed = mesh;
+    change(options, changed);
+    const auto made = make_asset(changed, options);
+    return made ? std::string("nothing") : made.error().text();
+  };
+  EXPECT_THAT(says(block(), [](auto& o, auto&) { o.crush_depth = 0.7; }),
+              HasSubstr("crush_depth is 0.7, must be in (0, 0.6]"));
+  EXPECT_THAT(says(block(), [](auto& o, auto&) { o.convex_parts = 65; }), HasSubstr("convex_parts is 65"));
+  EXPECT_THAT(says(block(), [](auto& o, auto&) { o.automatic_handles = 0; }),
+              HasSubstr("automatic_handles is 0 and no handle is given"));
+  EXPECT_THAT(says(block(), [](auto& o, auto&) { o.automatic_handles = 2000; }),
+              HasSubstr("automatic_handles is 2000"));
+  EXPECT_THAT(says(block(), [](auto& o, auto&) { o.painted_regions = true; }), HasSubstr("no vertex colours"));
+  EXPECT_THAT(says(block(), [](auto& o, auto&) { o.painted_weights = true; }), HasSubstr("no joint weights"));
+  EXPECT_THAT(says(block(), [](auto& o, auto&) { o.enclosing.cell_size = 1e-5; }), HasSubstr("cell_size is 1e-05"));
+  EXPECT_THAT(says(block(), [](auto& o, auto&) { o.enclosing.cell_size = 3; }),
+              HasSubstr("cell_size is 3 m, must be at most 2 m, the surface's longest side"));
+  EXPECT_THAT(says(jointed_block(),
+                   [](auto& o, auto&) {
+                     o.poses = {{"up", {}}};
+                   }),
+              HasSubstr("poses[\"up\"].moves is empty, must name a handle"));
+  EXPECT_THAT(says(jointed_block(),
+                   [](auto& o, auto&) {
+                     o.handles = {{"left", Vec3::Zero()}};
+                   }),
+              HasSubstr("\"left\" is the name of two handles"));
+  EXPECT_THAT(says(jointed_block(),
+                   [](auto& o, auto&) {
+                     o.poses = {{"up", {{.handle = "rigth"}}}};
+                   }),
+              HasSubstr("poses[\"up\"].moves[0].handle is \"rigth\", which is no handle"));
+  EXPECT_THAT(says(jointed_block(),
+                   [](auto& o, auto&) {
+                     o.poses = {{"up", {{.handle = "left"}, {.handle = "left"}}}};
+                   }),
+              HasSubstr("moved twice"));
+  EXPECT_THAT(says(block(),
+                   [](auto&, auto& m) {
+                     m.copies = {{"short", {Vec3::Zero()}}};
+                   }),
+              HasSubstr("\"short\" has 1 vertices, must have 8"));
+  EXPECT_THAT(says(block(),
+                   [](auto&, auto& m) {
+                     m.copies = {{"a", m.surface.vertices}, {"a", m.surface.vertices}};
+                   }),
+              HasSubstr("\"a\" is the name of two examples"));
+  EXPECT_THAT(says(jointed_block(),
+                   [](auto&, auto& m) {
+                     for (int k = 0; k < 64; ++k)
+                       m.poses.push_back({"p" + std::to_string(k), {BoneTransform{}, BoneTransform{}}});
+                   }),
+              HasSubstr("\"p63\" is one example too many"));
+}
+
+TEST(RigPipeline, SaysWhereThereIsNoPlaceForSoManyHandles) {
+  RigOptions options = coarse();
+  options.automatic_handles = 1000;
+  const auto made = make_asset(block(), options);
+  ASSERT_TRUE(made) << made.error().text();
+  EXPECT_LT(made->report.automatic_handles, 1000);
+  EXPECT_EQ(static_cast<int>(made->set.handles.size()), made->report.automatic_handles);
+  EXPECT_THAT(made->report.warnings, testing::ElementsAre(HasSubstr("of 1000 automatic handles are there")));
+}
+
+TEST(RigPipeline, WarnsOfHandlesFarOutside) {
+  ArtistMesh mesh = jointed_block();
+  mesh.handles[1].position = Vec3(30, 0, 0);
+  const auto made = make_asset(mesh, coarse());
+  ASSERT_TRUE(made) << made.error().text();
+  EXPECT_THAT(made->report.warnings, testing::ElementsAre(HasSubstr("handle \"right\" is 29 m outside")));
+}
+
+}  // namespace
+}  // namespace crumple::authoring
