@@ -87,6 +87,21 @@ struct Cholesky::Impl {
     cholmod_free_dense(&result, &common);
     return x;
   }
+
+  Factor copy_factor() {
+    Factor out;
+    const int* order = static_cast<const int*>(L->Perm);
+    out.order.assign(order, order + L->n);
+    cholmod_factor* copy = cholmod_copy_factor(L, &common);  // the conversion below takes it apart
+    cholmod_sparse* sparse = cholmod_factor_to_sparse(copy, &common);
+    assert(sparse);
+    const int n = static_cast<int>(sparse->nrow), *outer = static_cast<const int*>(sparse->p);
+    out.L = Eigen::Map<const Eigen::SparseMatrix<double>>(n, n, outer[n], outer, static_cast<const int*>(sparse->i),
+                                                          static_cast<const double*>(sparse->x));
+    cholmod_free_sparse(&sparse, &common);
+    cholmod_free_factor(&copy, &common);
+    return out;
+  }
 };
 
 #else
@@ -102,6 +117,19 @@ struct Cholesky::Impl {
   }
 
   Eigen::VectorXd solve(const Eigen::VectorXd& b) { return ldlt.solve(b); }
+
+  Factor copy_factor() {
+    Factor out;
+    const Eigen::VectorXd scale = ldlt.vectorD().cwiseSqrt();
+    Eigen::SparseMatrix<double> L = ldlt.matrixL();
+    Eigen::SparseMatrix<double> unit(L.rows(), L.cols());
+    unit.setIdentity();
+    L = L.triangularView<Eigen::StrictlyLower>();
+    out.L = (L + unit) * scale.asDiagonal();
+    const auto& inverse = ldlt.permutationPinv().indices();
+    out.order.assign(inverse.data(), inverse.data() + inverse.size());
+    return out;
+  }
 };
 
 #endif
@@ -119,5 +147,6 @@ bool Cholesky::factor(const BlockSparseMatrix<double>& A) { return factor(A.to_s
 bool Cholesky::factor(const BlockSparseMatrix<float>& A) { return factor(A.to_sparse()); }
 
 Eigen::VectorXd Cholesky::solve(const Eigen::VectorXd& b) const { return impl_->solve(b); }
+Cholesky::Factor Cholesky::copy_factor() const { return impl_->copy_factor(); }
 
 }  // namespace crumple::sim::linear_solver

@@ -5,6 +5,7 @@
 #include <Eigen/SparseCore>
 
 #include <memory>
+#include <vector>
 
 namespace crumple::sim::linear_solver {
 
@@ -25,6 +26,13 @@ class Cholesky {
 
   // x = A^-1 b after a factor() that returned true.
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
+
+  // A copy of the factor, P A P^T = L L^T, after a factor() that returned true.
+  struct Factor {
+    Eigen::SparseMatrix<double> L;  // lower triangle, rows of a column ascending
+    std::vector<int> order;         // row i of P A P^T is row order[i] of A
+  };
+  Factor copy_factor() const;
 
  private:
   struct Impl;
