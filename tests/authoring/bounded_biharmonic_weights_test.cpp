@@ -139,22 +139,29 @@ TEST(TetLaplacian, PartlyFilledTetsCountByWhatIsFilled) {
 // two handles at the ends a cubic, 3 s^2 - 2 s^3. With a third in the middle the bounds act: each half is such a cubic,
 // where the unbounded spline of an end handle would swing below zero in the far half.
 TEST(BoundedBiharmonicWeights, OfAThinBarAreTheCubicsOfAClampedBeam) {
-  const double thickness = 0.02;
-  const TetMesh mesh = bar(40, thickness);
   const auto cubic = [](double s) { return 3 * s * s - 2 * s * s * s; };
   const auto at = [](double x) { return Vec3(x, 0, 0); };
   const BiharmonicOptions exact{.tolerance = 1e-7, .max_iterations = 20000};
-  const auto ends = solve(mesh, points({at(0), at(1)}), exact);
-  EXPECT_TRUE(ends.report.converged);
-  for (int i = 0; i < mesh.node_count(); ++i) EXPECT_NEAR(ends.W(i, 1), cubic(mesh.X[i].x()), 2e-3) << mesh.X[i].x();
-
-  const auto halves = solve(mesh, points({at(0), at(0.5), at(1)}), exact);
-  EXPECT_TRUE(halves.report.converged);
-  for (int i = 0; i < mesh.node_count(); ++i) {
-    const double x = mesh.X[i].x();
-    EXPECT_NEAR(halves.W(i, 2), x > 0.5 ? cubic(2 * x - 1) : 0, 8e-3) << x;  // 3 (h / H)^2, H = 20 h
-    EXPECT_NEAR(halves.W(i, 1), x > 0.5 ? cubic(2 - 2 * x) : cubic(2 * x), 8e-3) << x;
+  std::vector<double> worst_two, worst_three;
+  for (const int cells : {20, 40, 80}) {
+    const TetMesh mesh = bar(cells, 0.8 / cells);
+    const auto two = solve(mesh, points({at(0), at(1)}), exact);
+    const auto three = solve(mesh, points({at(0), at(0.5), at(1)}), exact);
+    EXPECT_TRUE(two.report.converged && three.report.converged);
+    worst_two.push_back(0);
+    worst_three.push_back(0);
+    for (int i = 0; i < mesh.node_count(); ++i) {
+      const double x = mesh.X[i].x();
+      worst_two.back() = std::max(worst_two.back(), std::abs(two.W(i, 1) - cubic(x)));
+      const double last = x > 0.5 ? cubic(2 * x - 1) : 0, middle = x > 0.5 ? 1 - last : cubic(2 * x);
+      worst_three.back() =
+          std::max({worst_three.back(), std::abs(three.W(i, 2) - last), std::abs(three.W(i, 1) - middle)});
+    }
   }
+  EXPECT_LT(worst_two[2], 3e-4);
+  EXPECT_LT(worst_three[2], 6e-3);
+  EXPECT_LT(worst_three[1], 0.7 * worst_three[0]);  // first order in the cell at the kink of the bounds
+  EXPECT_LT(worst_three[2], 0.7 * worst_three[1]);
 }
 
 // The same optimum by another method: a dense primal-dual active set. Unknowns w_ib; each row sums to 1 by a
@@ -235,16 +242,10 @@ TEST(BoundedBiharmonicWeights, AreBoundedSumToOneAndPeakAtTheirHandles) {
     EXPECT_TRUE(out.report.converged);
     EXPECT_LT(outside_simplex(out.W), 1e-9);
     for (size_t b = 0; b < ids.size(); ++b) EXPECT_EQ(out.W(ids[b], static_cast<int>(b)), 1);
-    EXPECT_LT(highest_stray_maximum(mesh, out.W, ids), 0.05);  // at nodes of two nearly empty tets; 0.01 elsewhere
+    EXPECT_LT(highest_stray_maximum(mesh, out.W, ids), 0.05);  // the optimum's own, at corners
     EXPECT_GT(out.report.energy, out.report.relaxed_energy * 0.99);
     EXPECT_LT(out.report.energy, out.report.relaxed_energy * 1.01);
   }
-}
-
-TEST(BoundedBiharmonicWeights, HaveNoOtherMaximumInABox) {
-  const TetMesh mesh = *centred_box_mesh({2, 1, 1}, {12, 6, 6}, Lattice::bcc);
-  const auto ids = place_handles(mesh, surface_nodes(mesh.tets), 10);
-  EXPECT_LT(highest_stray_maximum(mesh, solve(mesh, points(points_of(mesh, ids))).W, ids), 0.01);
 }
 
 TEST(BoundedBiharmonicWeights, DoNotLeakAcrossAGap) {
