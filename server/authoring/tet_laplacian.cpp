@@ -1,7 +1,5 @@
 #include "server/authoring/tet_laplacian.h"
 
-#include "server/sim/fem/linear_tetrahedron.h"
-
 #include <algorithm>
 
 namespace crumple::authoring {
@@ -18,15 +16,19 @@ EdgeLengths edge_lengths(const Mat34& x) {
 
 }  // namespace
 
+sim::fem::RestTet laplacian_tet(const sim::TetMesh& mesh, int t) {
+  const Mat34 X = sim::rest_corners(mesh, t);
+  const double limit = 1 / (kFlattest * std::ranges::max(edge_lengths(X)));
+  return sim::fem::make_rest_tet(X, limit, mesh.fill.empty() ? 1 : mesh.fill[t]);
+}
+
 TetLaplacian tet_laplacian(const sim::TetMesh& mesh) {
   const int n = mesh.node_count();
   TetLaplacian out{Eigen::SparseMatrix<double>(n, n), Eigen::VectorXd::Zero(n)};
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(16 * mesh.tets.size());
   for (int t = 0; t < mesh.tet_count(); ++t) {
-    const Mat34 X = sim::rest_corners(mesh, t);
-    const double limit = 1 / (kFlattest * std::ranges::max(edge_lengths(X)));
-    const sim::fem::RestTet rest = sim::fem::make_rest_tet(X, limit, mesh.fill.empty() ? 1 : mesh.fill[t]);
+    const sim::fem::RestTet rest = laplacian_tet(mesh, t);
     const Eigen::Matrix4d dots = rest.normals.transpose() * rest.normals;  // n_i = -3 V grad N_i
     for (int a = 0; a < 4; ++a) {
       out.M[mesh.tets[t][a]] += rest.fill * rest.volume / 4;

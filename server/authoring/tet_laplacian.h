@@ -1,5 +1,6 @@
 #pragma once
 
+#include "server/sim/fem/linear_tetrahedron.h"
 #include "server/sim/mesh/tet_mesh.h"
 
 #include <Eigen/SparseCore>
@@ -17,6 +18,9 @@ struct TetLaplacian {
   Eigen::VectorXd M;              // node_count
 };
 TetLaplacian tet_laplacian(const sim::TetMesh& mesh);
+
+// Tet t with its gradients as the Laplacian has them.
+sim::fem::RestTet laplacian_tet(const sim::TetMesh& mesh, int t);
 
 // Mean length of the tets' edges, each counted once a tet [m].
 double mean_edge_length(const sim::TetMesh& mesh);
