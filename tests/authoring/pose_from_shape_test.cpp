@@ -9,6 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 namespace crumple::authoring {
 namespace {
 
@@ -147,6 +149,27 @@ TEST(PoseFromShape, AnotherNumberOfVerticesIsAnError) {
   EXPECT_THAT(pose_from_shape(skin, bar.surface.vertices, shape).error().text(), HasSubstr("shape.vertices holds "));
   shape.vertices.push_back(Vec3::Constant(std::nan("")));
   EXPECT_THAT(pose_from_shape(skin, bar.surface.vertices, shape).error().text(), HasSubstr("is not finite"));
+}
+
+// Prints seconds: 32 handles, as the paper's car has.
+TEST(PoseFromShapeSlow, ThirtyTwoHandles) {
+  Bar bar(2);
+  bar.mesh = *centred_box_mesh({2, 1, 0.6}, {22, 11, 7}, Lattice::bcc);
+  Handles handles;
+  for (const int id : place_handles(bar.mesh, surface_nodes(bar.mesh.tets), 32))
+    handles.handles.push_back(Handle::point(bar.mesh.X[id]));
+  const auto weights = bounded_biharmonic_weights(bar.mesh, handles);
+  ASSERT_TRUE(weights);
+  const EmbeddedSkinning skin(bar.mesh, weights->W);
+  DeformedShape shape{"bent", bar.mesh.X};
+  for (Vec3& x : shape.vertices) x += bent()(x);
+  const auto start = std::chrono::steady_clock::now();
+  const auto found = pose_from_shape(skin, bar.mesh.X, shape);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  ASSERT_TRUE(found);
+  EXPECT_LT(found->residual.relative(), 0.1);
+  std::printf("%d vertices: %.2f s, %d sweeps, %d steps, residual %.4f of the displacement\n", bar.mesh.node_count(),
+              seconds, found->residual.sweeps, found->residual.steps, found->residual.relative());
 }
 
 // ---- a rig for given shapes
