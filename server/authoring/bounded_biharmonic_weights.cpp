@@ -114,7 +114,7 @@ struct Energy {
 // there are known rows (Woodbury's formula): a factor of L alone costs a tenth of Q's. Nothing where L cannot be
 // factored.
 std::optional<RowMatrix> unbounded_by_laplacian(const Energy& energy, const ThreadPool& pool) {
-  Cholesky cholesky;
+  Cholesky cholesky(Cholesky::Ordering::nested_dissection);
   if (!cholesky.factor(energy.L_ff)) return std::nullopt;
   const SimultaneousSolve solve(cholesky);
   const auto solve_A = [&](RowMatrix X) {
@@ -134,7 +134,7 @@ std::optional<RowMatrix> unbounded_by_laplacian(const Energy& energy, const Thre
 std::optional<RowMatrix> unbounded_weights(const Energy& energy, const ThreadPool& pool) {
   if (energy.L_fk.cols() <= std::min<Eigen::Index>(energy.L_fk.rows() / 8, 500))
     return unbounded_by_laplacian(energy, pool);
-  Cholesky cholesky;
+  Cholesky cholesky(Cholesky::Ordering::nested_dissection);
   if (!cholesky.factor(energy.Q)) return std::nullopt;
   RowMatrix X = energy.R;
   SimultaneousSolve(cholesky).solve_in_place(X, pool);
@@ -164,7 +164,7 @@ std::optional<RowMatrix> minimise(const Energy& energy, const BiharmonicOptions&
 
   const Eigen::VectorXd diagonal = energy.Q.diagonal();
   double rho = 0.01;  // of the diagonal: of the best over solids, shells and bars; balanced below where it is not
-  Cholesky cholesky;
+  Cholesky cholesky(Cholesky::Ordering::nested_dissection);
   std::optional<SimultaneousSolve> solve;
   const auto factor = [&] {
     Sparse K = energy.Q;

@@ -43,8 +43,12 @@ struct Cholesky::Impl {
   cholmod_factor* L = nullptr;
   Pattern pattern;
 
-  Impl() {
+  explicit Impl(Ordering ordering) {
     cholmod_start(&common);
+    if (ordering == Ordering::nested_dissection) {
+      common.nmethods = 1;
+      common.method[0].ordering = CHOLMOD_METIS;
+    }
     common.print = 0;
     common.final_ll = 1;  // L L^T: a negative pivot is a failure, where L D L^T would go on
   }
@@ -68,6 +72,10 @@ struct Cholesky::Impl {
     if (pattern.update(A) || !L) {
       cholmod_free_factor(&L, &common);
       L = cholmod_analyze(&view, &common);
+      if (!L && common.nmethods == 1) {  // a build without METIS
+        common.nmethods = 0;
+        L = cholmod_analyze(&view, &common);
+      }
       if (!L) return false;
     }
     cholmod_factorize(&view, L, &common);
@@ -110,6 +118,8 @@ struct Cholesky::Impl {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> ldlt;
   Pattern pattern;
 
+  explicit Impl(Ordering) {}
+
   bool factor(const Eigen::SparseMatrix<double>& A) {
     if (pattern.update(A)) ldlt.analyzePattern(A);
     ldlt.factorize(A);
@@ -134,7 +144,7 @@ struct Cholesky::Impl {
 
 #endif
 
-Cholesky::Cholesky() : impl_(std::make_unique<Impl>()) {}
+Cholesky::Cholesky(Ordering ordering) : impl_(std::make_unique<Impl>(ordering)) {}
 Cholesky::~Cholesky() = default;
 Cholesky::Cholesky(Cholesky&&) noexcept = default;
 Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;

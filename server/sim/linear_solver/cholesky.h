@@ -13,7 +13,10 @@ namespace crumple::sim::linear_solver {
 // LDL^T where not. The symbolic analysis is kept as long as the pattern stays.
 class Cholesky {
  public:
-  Cholesky();
+  // Order in which unknowns are eliminated. automatic: the library's choice, quick to make. nested_dissection: takes
+  // longer to find and fills in less where the unknowns are a solid's; as automatic where the build cannot do it.
+  enum class Ordering { automatic, nested_dissection };
+  explicit Cholesky(Ordering ordering = Ordering::automatic);
   ~Cholesky();
   Cholesky(Cholesky&&) noexcept;
   Cholesky& operator=(Cholesky&&) noexcept;

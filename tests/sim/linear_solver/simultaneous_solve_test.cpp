@@ -30,6 +30,21 @@ TEST(SimultaneousSolve, FactorTimesItsTransposeIsTheMatrix) {
     for (int j = 0; j < A.rows(); ++j) EXPECT_NEAR(product(i, j), A.coeff(order[i], order[j]), 1e-13);
 }
 
+TEST(SimultaneousSolve, AnyOrderingSolvesTheSameSystem) {
+  const Eigen::SparseMatrix<double> A = grid(30);
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(A.rows(), -1, 1);
+  for (const auto ordering : {Cholesky::Ordering::automatic, Cholesky::Ordering::nested_dissection}) {
+    Cholesky cholesky(ordering);
+    ASSERT_TRUE(cholesky.factor(A));
+    EXPECT_LT((A * cholesky.solve(b) - b).cwiseAbs().maxCoeff(), 1e-12);
+    Eigen::SparseMatrix<double> singular = A;
+    singular.coeffRef(5, 5) = -4;
+    EXPECT_FALSE(cholesky.factor(singular));
+    ASSERT_TRUE(cholesky.factor(A));  // as if nothing had happened
+    EXPECT_LT((A * cholesky.solve(b) - b).cwiseAbs().maxCoeff(), 1e-12);
+  }
+}
+
 TEST(SimultaneousSolve, EveryColumnSolvesTheSystemForAnyNumberOfThreads) {
   const Eigen::SparseMatrix<double> A = grid(20);
   Cholesky cholesky;
