@@ -2,6 +2,7 @@
 
 #include "common/text.h"
 #include "server/authoring/convex_parts.h"
+#include "server/authoring/join_parts.h"
 #include "server/authoring/polygon_triangles.h"
 #include "server/authoring/polyhedron.h"
 #include "server/authoring/tet_connectivity.h"
@@ -165,7 +166,6 @@ class Prescoring {
     if (set.mesh.tets.empty()) return std::nullopt;
     restrict_rig(places, part);
     restrict_hulls(places, set);
-    if (set.convex_parts.empty()) return std::nullopt;  // no thickness
     return part;
   }
 
@@ -348,7 +348,10 @@ double total_volume(const TetMesh& mesh) {
 
 }  // namespace
 
-Result<PrescoredAsset> prescored_parts(const ExampleSet& asset, const std::vector<SplinterCell>& cells) {
+Result<PrescoredAsset> prescored_parts(const ExampleSet& asset, const std::vector<SplinterCell>& cells,
+                                       const PrescoringOptions& options) {
+  if (!(options.least_part >= 0 && options.least_part < 1))
+    return invalid("least_part", text("is ", options.least_part, ", must be in [0, 1)"));
   if (auto ok = sim::example_based::validate(asset, "asset"); !ok) return std::unexpected(ok.error());
   if (auto ok = check(cells); !ok) return std::unexpected(ok.error());
   PrescoredAsset out = Prescoring(asset, cells).finish();
@@ -357,6 +360,7 @@ Result<PrescoredAsset> prescored_parts(const ExampleSet& asset, const std::vecto
   const double whole = total_volume(asset.mesh);
   if (std::abs(volume - whole) > 1e-6 * whole)
     return invalid("cells", text("hold ", volume / whole, " of the asset's volume, must hold all of it, once"));
+  out = with_small_parts_joined(std::move(out), options.least_part * volume / static_cast<double>(out.parts.size()));
   for (std::size_t p = 0; p < out.parts.size(); ++p)
     if (auto ok = sim::example_based::validate(out.parts[p].set, text("parts[", p, "]")); !ok)
       return std::unexpected(ok.error());

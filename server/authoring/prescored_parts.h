@@ -21,6 +21,10 @@ struct PrescoredFace {
   Vec3 normal = Vec3::UnitX();   // mean of the area, from a to b, unit length
 };
 
+struct PrescoringOptions {
+  double least_part = 0.01;  // of the mean part's volume: a smaller part is joined to a neighbour [-], [0, 1)
+};
+
 struct PrescoredAsset {
   std::vector<PrescoredPart> parts;
   std::vector<PrescoredFace> faces;  // ascending by (a, b)
@@ -33,9 +37,11 @@ struct PrescoredAsset {
 // Bones that do not act on a part are left out of it. Hulls: what is left of each of the asset's, with the corners of
 // the cuts; cells are convex, so hulls of two parts do not overlap across a wall. The surface that is drawn is cut
 // likewise, and closed on the walls: a closed surface along itself, an open one by the cut tets.
-// Errors: what validate rejects, no cell, neighbours that are not there, cells that leave more than a millionth of the
-// asset out.
+// Cuts leave crumbs; a part under `least_part`, or too flat for a hull, goes to the neighbour that it shares most area
+// with (join_parts.h). Tets on the two sides of what was a wall between them have corners in common, but need not meet
+// face to face. Errors: what validate rejects, no cell, neighbours that are not there, least_part out of range, cells
+// that leave more than a millionth of the asset out.
 Result<PrescoredAsset> prescored_parts(const sim::example_based::ExampleSet& asset,
-                                       const std::vector<SplinterCell>& cells);
+                                       const std::vector<SplinterCell>& cells, const PrescoringOptions& options = {});
 
 }  // namespace crumple::authoring

@@ -84,8 +84,9 @@ Vec3 posed(const ExampleSet& set, int example, int v) {
   return x;
 }
 
-PrescoredAsset broken(const ExampleSet& set, const std::vector<SplinterCell>& cells) {
-  auto out = prescored_parts(set, cells);
+// Without joining what is small, unless asked for.
+PrescoredAsset broken(const ExampleSet& set, const std::vector<SplinterCell>& cells, double least_part = 0) {
+  auto out = prescored_parts(set, cells, {.least_part = least_part});
   EXPECT_TRUE(out) << out.error().text();
   return out ? std::move(*out) : PrescoredAsset{};
 }
@@ -299,6 +300,42 @@ TEST(PrescoredParts, HullsStayInTheirCells) {
           EXPECT_LT(wall.normal.dot(part.set.mesh.X[v]) - wall.offset, 1e-7);
 }
 
+// Crumbs go to a neighbour, with volume, skin, bones and faces.
+TEST(PrescoredParts, CrumbsJoinANeighbour) {
+  const ExampleSet set = bar();
+  const auto cells =
+      *plane_cells(box_of(set.mesh), {{Vec3::UnitX(), 0.1}, {Vec3::UnitX(), 0.102}, {Vec3::UnitY(), 0.2}});
+  const PrescoredAsset cut = broken(set, cells), joined = broken(set, cells, 0.01);
+  ASSERT_EQ(cut.parts.size(), 6u);
+  EXPECT_EQ(cut.faces.size(), 7u);
+  const auto flat = *plane_cells(box_of(set.mesh), {{Vec3::UnitX(), 0.1}, {Vec3::UnitX(), 0.1001}});
+  EXPECT_EQ(broken(set, flat).parts.size(), 2u);  // a tenth of a millimetre is no part, whatever is asked for
+  ASSERT_EQ(joined.parts.size(), 4u);
+  ASSERT_EQ(joined.faces.size(), 4u);
+  double volume = 0, drawn = 0;
+  for (const PrescoredPart& part : joined.parts) {
+    volume += part.volume;
+    drawn += volume_inside(part.set.render);
+    EXPECT_GT(part.volume, 0.2);
+    EXPECT_NEAR(part.volume, volume_of(part.set.mesh), 1e-12);
+    std::vector<int> bones = part.bones;
+    EXPECT_TRUE(std::ranges::is_sorted(bones) && std::ranges::adjacent_find(bones) == bones.end());
+    for (int v = 0; v < part.set.vertex_count(); ++v) {
+      for (int i = 0; i < set.vertex_count(); ++i)
+        if ((part.set.mesh.X[v] - set.mesh.X[i]).norm() < 1e-12) {
+          EXPECT_LT((posed(part.set, 1, v) - posed(set, 1, i)).norm(), 1e-7);
+        }
+      EXPECT_NEAR(part.set.alpha_scale[v], 2 + part.set.mesh.X[v].x(), 1e-6);
+    }
+  }
+  EXPECT_NEAR(volume, 2, 1e-9);
+  EXPECT_NEAR(drawn, 2, 1e-6);
+  for (const PrescoredFace& face : joined.faces) {
+    EXPECT_GT(face.area, 0.29);
+    EXPECT_NEAR(std::max(std::abs(face.normal.x()), std::abs(face.normal.y())), 1, 1e-3);
+  }
+}
+
 TEST(PrescoredParts, GeneratedAssetsBreak) {
   const auto barrel = make_barrel_asset();
   const auto car = make_car_asset();
@@ -309,6 +346,11 @@ TEST(PrescoredParts, GeneratedAssetsBreak) {
     EXPECT_GT(asset.parts.size(), 4u);
     EXPECT_GE(asset.faces.size() + 1, asset.parts.size());
     expect_consistent(set, asset);
+    const PrescoredAsset joined = broken(set, *stone_cells(box, 0.4 * box.sizes().maxCoeff(), 7), 0.05);
+    EXPECT_LE(joined.parts.size(), asset.parts.size());
+    double least = 1e300, sum = 0;
+    for (const PrescoredPart& part : joined.parts) least = std::min(least, part.volume), sum += part.volume;
+    EXPECT_GE(least, 0.05 * sum / static_cast<double>(asset.parts.size()));
   }
 }
 
@@ -332,6 +374,7 @@ TEST(PrescoredParts, BadInputIsAnError) {
   const ExampleSet set = bar();
   const auto text = [](const auto& r) { return r ? std::string("no error") : r.error().text(); };
   EXPECT_THAT(text(prescored_parts(set, {})), HasSubstr("cells is empty"));
+  EXPECT_THAT(text(prescored_parts(set, {}, {.least_part = 1})), HasSubstr("least_part is 1"));
   auto half = plane_cells(Box(Vec3(-1, -1, -1), Vec3(0.2, 1, 1)), {{Vec3::UnitX(), 0}});
   EXPECT_THAT(text(prescored_parts(set, {(*half)[0]})), HasSubstr("cells[0].walls name neighbour 1"));
   half->front().walls[0].neighbours.clear();
