@@ -20,10 +20,19 @@ class ShapeFit {
  public:
   ShapeFit(const EmbeddedSkinning& skin, std::span<const Vec3> target)
       : skin_(skin), target_(target), B_(skin.handle_count()), w2_(B_, 0.0) {
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(B_, B_);
-    for (int v = 0; v < skin.point_count(); ++v)
-      for (const auto& a : skin.terms(v))
-        for (const auto& b : skin.terms(v)) A(a.handle, b.handle) += a.w * b.w;
+    gram_ = Eigen::MatrixXd::Zero(4 * B_, 4 * B_);
+    std::vector<Eigen::Vector4d> h;
+    for (int v = 0; v < skin.point_count(); ++v) {
+      const auto terms = skin.terms(v);
+      h.clear();
+      for (const auto& term : terms) h.emplace_back(term.Y.x(), term.Y.y(), term.Y.z(), term.w);
+      for (size_t k = 0; k < terms.size(); ++k)
+        for (size_t j = 0; j <= k; ++j)  // handles ascend: the lower triangle
+          gram_.block<4, 4>(4 * terms[k].handle, 4 * terms[j].handle) += h[k] * h[j].transpose();
+    }
+    Eigen::MatrixXd A(B_, B_);
+    for (int k = 0; k < B_; ++k)
+      for (int j = 0; j <= k; ++j) A(k, j) = A(j, k) = gram_(4 * k + 3, 4 * j + 3);
     for (int b = 0; b < B_; ++b) w2_[b] = A(b, b);
     A.diagonal().array() += 1e-9 * A.trace() / B_;  // a step towards the optimum where A is singular
     translations_.compute(A);
@@ -73,23 +82,27 @@ class ShapeFit {
     solve_translations(m);
   }
 
-  // J^T J and J^T r of the residuals for small turns (in front of R_b) and shifts: 6 unknowns a handle.
+  // J^T J (its lower triangle) and J^T r of the residuals for small turns (in front of R_b) and shifts: 6 unknowns a
+  // handle, J_vb = (-[R_b Y_vb]x, w_vb I). Products over all vertices are those of (Y, w), turned: the same for any R.
   void linearise(const Motions& m, Eigen::MatrixXd& A, Eigen::VectorXd& g) const {
     A.setZero(6 * B_, 6 * B_);
     g.setZero(6 * B_);
-    const auto r = residuals(m);
-    std::vector<Eigen::Matrix<double, 3, 6>> J;
-    for (int v = 0; v < skin_.point_count(); ++v) {
-      const auto terms = skin_.terms(v);
-      J.resize(terms.size());
-      for (size_t k = 0; k < terms.size(); ++k) {
-        J[k].leftCols<3>() = -sim::cross_matrix(m[terms[k].handle].R * terms[k].Y);
-        J[k].rightCols<3>() = terms[k].w * Mat3::Identity();
-        g.segment<6>(6 * terms[k].handle) += J[k].transpose() * r[v];
-        for (size_t j = 0; j <= k; ++j)  // handles ascend: the lower triangle
-          A.block<6, 6>(6 * terms[k].handle, 6 * terms[j].handle) += J[k].transpose() * J[j];
+    for (int k = 0; k < B_; ++k)
+      for (int j = 0; j <= k; ++j) {
+        const Eigen::Matrix4d h = gram_.block<4, 4>(4 * k, 4 * j);
+        const Mat3 yy = m[k].R * h.topLeftCorner<3, 3>() * m[j].R.transpose();  // sum of y_k y_j^T
+        const Vec3 yw = m[k].R * h.topRightCorner<3, 1>(), wy = m[j].R * h.bottomLeftCorner<1, 3>().transpose();
+        A.block<3, 3>(6 * k, 6 * j) = yy.trace() * Mat3::Identity() - yy.transpose();
+        A.block<3, 3>(6 * k, 6 * j + 3) = sim::cross_matrix(yw);
+        A.block<3, 3>(6 * k + 3, 6 * j) = -sim::cross_matrix(wy);
+        A.block<3, 3>(6 * k + 3, 6 * j + 3) = h(3, 3) * Mat3::Identity();
       }
-    }
+    const auto r = residuals(m);
+    for (int v = 0; v < skin_.point_count(); ++v)
+      for (const auto& term : skin_.terms(v)) {
+        g.segment<3>(6 * term.handle) += (m[term.handle].R * term.Y).cross(r[v]);
+        g.segment<3>(6 * term.handle + 3) += term.w * r[v];
+      }
   }
 
   Motions moved(const Motions& m, const Eigen::VectorXd& step) const {
@@ -108,6 +121,7 @@ class ShapeFit {
   std::span<const Vec3> target_;
   int B_;
   std::vector<double> w2_;
+  Eigen::MatrixXd gram_;  // 4B x 4B, lower blocks: sum over vertices of (Y, w)_k (Y, w)_j^T
   Eigen::LDLT<Eigen::MatrixXd> translations_;
 };
 

@@ -97,6 +97,14 @@ RigidMotion nearest_rigid_motion(const std::vector<Vec3>& points, std::span<cons
 
 }  // namespace
 
+std::vector<HandleTarget> targets_of(std::span<const std::optional<BoneTransform>> pose, std::span<const Vec3> points) {
+  assert(pose.size() == points.size());
+  std::vector<HandleTarget> out(pose.size());
+  for (size_t b = 0; b < pose.size(); ++b)
+    if (pose[b]) out[b] = {pose[b]->q.normalized() * points[b] + pose[b]->t, pose[b]->q};
+  return out;
+}
+
 Result<PoseSolver> PoseSolver::make(const sim::TetMesh& mesh, const Eigen::MatrixXd& W, std::span<const Vec3> points,
                                     const PoseSolverOptions& options) {
   if (auto ok = check(options); !ok) return std::unexpected(ok.error());

@@ -16,6 +16,10 @@ struct HandleTarget {
   std::optional<Quat> rotation;  // how it turns, of any length but 0
 };
 
+// Those handles that a pose names are where it has them, turned as it has them; the others are free. points: at rest.
+std::vector<HandleTarget> targets_of(std::span<const std::optional<sim::example_based::BoneTransform>> pose,
+                                     std::span<const Vec3> points);
+
 struct PoseSolverOptions {
   int rotation_groups = 0;  // [0, 4096]; 0: four a handle, at least 16 and at most 256
   double tolerance = 1e-9;  // a sweep that lowers the energy by less than this part of it is the last [-], (0, 0.1]

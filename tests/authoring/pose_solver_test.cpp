@@ -113,6 +113,20 @@ TEST(PoseSolver, FollowsRigidlyWhereNothingHoldsAgainst) {
   for (const auto& bone : pose->bones) EXPECT_LT(bone.t.norm() + angle_between(bone.q, Mat3::Identity()), 1e-12);
 }
 
+TEST(PoseSolver, APartialPoseIsKeptAndCompleted) {
+  const Bar bar(5);
+  std::vector<std::optional<sim::example_based::BoneTransform>> partial(5);
+  partial[0] = {Quat(turn(0.4, Vec3::UnitZ())), Vec3(0.1, 0, 0)};
+  partial[4] = {Quat(turn(-0.4, Vec3::UnitZ())), Vec3(-0.1, 0, 0)};
+  const auto pose = bar.solver().solve(targets_of(partial, bar.points));
+  ASSERT_TRUE(pose);
+  for (const int b : {0, 4}) {
+    EXPECT_LT(pose->bones[b].q.angularDistance(partial[b]->q), 1e-7);
+    EXPECT_LT((pose->bones[b].t - partial[b]->t).norm(), 1e-12);
+  }
+  EXPECT_LT(angle_between(pose->bones[2].q, Mat3::Identity()), 0.02);  // between mirrored ends
+}
+
 // The end of a bar that is clamped at the other is dragged sideways, its rotation free: a cantilever under an end load,
 // whose end turns by 3/2 of deflection over length (Euler and Bernoulli); slender enough that shear does not show. Only
 // positions of the handles between are free, too.
