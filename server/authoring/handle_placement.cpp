@@ -6,37 +6,39 @@
 namespace crumple::authoring {
 namespace {
 
-// The remaining points, each with its nearest other one.
+// The points that remain, each with its nearest other one; the last ones, `given`, stay.
 class ClosestPairs {
  public:
-  ClosestPairs(const std::vector<Vec3>& X, std::vector<int> ids)
-      : X_(X), ids_(std::move(ids)), other_(ids_.size()), d2_(ids_.size()) {
-    for (const Vec3& p : X) box_.extend(p);
-    for (size_t i = 0; i < ids_.size(); ++i) find_nearest(i);
+  ClosestPairs(const sim::TetMesh& mesh, const std::vector<int>& ids, const HandlePlacement& placement)
+      : keep_(placement.keep), removable_(ids.size()) {
+    for (const Vec3& p : mesh.X) box_.extend(p);
+    for (const int id : ids) points_.push_back(mesh.X[id]);
+    points_.insert(points_.end(), placement.given.begin(), placement.given.end());
+    alive_.assign(points_.size(), true);
+    other_.resize(points_.size());
+    d2_.assign(points_.size(), kNever);
+    for (size_t i = 0; i < removable_; ++i) find_nearest(i);
   }
 
   void remove_one() {
     const size_t a = std::min_element(d2_.begin(), d2_.end()) - d2_.begin(), b = other_[a];
-    const size_t gone = box_distance(a) > box_distance(b) ? a : b;
+    const size_t gone = b >= removable_ ? a : goes_first(a, b);
     alive_[gone] = false;
-    d2_[gone] = std::numeric_limits<double>::infinity();
-    for (size_t i = 0; i < ids_.size(); ++i)
+    d2_[gone] = kNever;
+    for (size_t i = 0; i < removable_; ++i)
       if (alive_[i] && other_[i] == gone) find_nearest(i);
   }
 
-  std::vector<int> remaining() const {
-    std::vector<int> out;
-    for (size_t i = 0; i < ids_.size(); ++i)
-      if (alive_[i]) out.push_back(ids_[i]);
-    return out;
-  }
+  bool remains(size_t i) const { return alive_[i]; }
 
  private:
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+
   void find_nearest(size_t i) {
-    d2_[i] = std::numeric_limits<double>::infinity();
-    for (size_t k = 0; k < ids_.size(); ++k) {
+    d2_[i] = kNever;
+    for (size_t k = 0; k < points_.size(); ++k) {
       if (k == i || !alive_[k]) continue;
-      const double d2 = (X_[ids_[i]] - X_[ids_[k]]).squaredNorm();
+      const double d2 = (points_[i] - points_[k]).squaredNorm();
       if (d2 < d2_[i]) {
         d2_[i] = d2;
         other_[i] = k;
@@ -44,16 +46,21 @@ class ClosestPairs {
     }
   }
 
-  double box_distance(size_t i) const {
-    const Vec3& p = X_[ids_[i]];
-    return std::min((p - box_.min()).minCoeff(), (box_.max() - p).minCoeff());
+  size_t goes_first(size_t a, size_t b) const {
+    if (keep_ == KeepHandle::arbitrary) return std::min(a, b);
+    return box_distance(a) > box_distance(b) ? a : b;
   }
 
-  const std::vector<Vec3>& X_;
-  std::vector<int> ids_;
+  double box_distance(size_t i) const {
+    return std::min((points_[i] - box_.min()).minCoeff(), (box_.max() - points_[i]).minCoeff());
+  }
+
+  KeepHandle keep_;
+  size_t removable_;
+  std::vector<Vec3> points_;
   std::vector<size_t> other_;
   std::vector<double> d2_;
-  std::vector<char> alive_ = std::vector<char>(ids_.size(), true);
+  std::vector<char> alive_;
   Eigen::AlignedBox3d box_;
 };
 
@@ -86,15 +93,20 @@ std::vector<int> farthest_points(const std::vector<Vec3>& X, const std::vector<i
   return out;
 }
 
-std::vector<int> place_handles(const sim::TetMesh& mesh, std::vector<int> ids, int count) {
+std::vector<int> place_handles(const sim::TetMesh& mesh, std::vector<int> ids, int count,
+                               const HandlePlacement& placement) {
   constexpr size_t kMostForRemoval = 4000;
   if (ids.size() > kMostForRemoval) {
     ids = farthest_points(mesh.X, ids, std::max<int>(kMostForRemoval, count));
     std::sort(ids.begin(), ids.end());
   }
-  ClosestPairs pairs(mesh.X, ids);
-  for (int left = static_cast<int>(ids.size()); left > std::max(count, 1); --left) pairs.remove_one();
-  return pairs.remaining();
+  ClosestPairs pairs(mesh, ids, placement);
+  const int least = placement.given.empty() ? 1 : 0;
+  for (int left = static_cast<int>(ids.size()); left > std::max(count, least); --left) pairs.remove_one();
+  std::vector<int> out;
+  for (size_t i = 0; i < ids.size(); ++i)
+    if (pairs.remains(i)) out.push_back(ids[i]);
+  return out;
 }
 
 std::vector<Vec3> points_of(const sim::TetMesh& mesh, const std::vector<int>& ids) {

@@ -1,6 +1,7 @@
 #include "server/authoring/rig.h"
 
 #include "common/text.h"
+#include "server/authoring/bounded_biharmonic_weights.h"
 #include "server/authoring/boundary_fit.h"
 #include "server/authoring/convex_parts.h"
 #include "server/authoring/handle_placement.h"
@@ -30,9 +31,19 @@ Result<void> check_bones(int bones) {
   return {};
 }
 
+Result<Eigen::MatrixXd> make_weights(const sim::TetMesh& mesh, const std::vector<Vec3>& bones, RigWeights weights) {
+  if (weights == RigWeights::gaussian) return handle_weights(mesh.X, bones);
+  Handles handles;
+  for (const Vec3& p : bones) handles.handles.push_back(Handle::point(p));
+  auto biharmonic = bounded_biharmonic_weights(mesh, handles);
+  if (!biharmonic) return std::unexpected(biharmonic.error());
+  return std::move(biharmonic->W);
+}
+
 }  // namespace
 
-Result<Rig> make_rig(const sim::SurfaceMesh& surface, const EnclosingOptions& enclosing, const BonePlacement& place) {
+Result<Rig> make_rig(const sim::SurfaceMesh& surface, const EnclosingOptions& enclosing, const BonePlacement& place,
+                     RigWeights weights) {
   const auto enclosed = enclosing_mesh(surface, enclosing);
   if (!enclosed) return std::unexpected(enclosed.error());
   Rig rig;
@@ -42,17 +53,21 @@ Result<Rig> make_rig(const sim::SurfaceMesh& surface, const EnclosingOptions& en
   rig.bones = place(rig.set.mesh, rig.surface);
   const int B = static_cast<int>(rig.bones.size());
   if (auto valid = check_bones(B); !valid) return std::unexpected(valid.error());
-  rig.set.W = handle_weights(rig.set.mesh.X, rig.bones);
+  auto W = make_weights(rig.set.mesh, rig.bones, weights);
+  if (!W) return std::unexpected(W.error());
+  rig.set.W = std::move(*W);
   rig.set.examples = {rest_example(B)};
   rig.set.render = surface;
   return rig;
 }
 
-Result<Rig> make_rig(const sim::SurfaceMesh& surface, const EnclosingOptions& enclosing, int bones) {
+Result<Rig> make_rig(const sim::SurfaceMesh& surface, const EnclosingOptions& enclosing, int bones,
+                     RigWeights weights) {
   if (auto valid = check_bones(bones); !valid) return std::unexpected(valid.error());
-  return make_rig(surface, enclosing, [bones](const sim::TetMesh& mesh, const std::vector<int>& nodes) {
+  const auto place = [bones](const sim::TetMesh& mesh, const std::vector<int>& nodes) {
     return points_of(mesh, place_handles(mesh, nodes, bones));
-  });
+  };
+  return make_rig(surface, enclosing, place, weights);
 }
 
 void add_example(Rig& rig, const std::string& name, const PoseField& field, BoneRotations rotations) {
@@ -80,7 +95,7 @@ Result<sim::example_based::ExampleSet> make_default_asset(const sim::SurfaceMesh
     return invalid("depth", text("is ", options.depth, ", must be in (0, 0.6]"));
   if (options.convex_parts < 0 || options.convex_parts > 64)
     return invalid("convex_parts", text("is ", options.convex_parts, ", must be in [0, 64]"));
-  auto rig = make_rig(surface, options.enclosing, options.bones);
+  auto rig = make_rig(surface, options.enclosing, options.bones, options.weights);
   if (!rig) return std::unexpected(rig.error());
 
   Eigen::AlignedBox3d box;

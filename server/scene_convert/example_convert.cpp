@@ -30,6 +30,18 @@ ExampleSet make_car(const v1::CarAsset& m, const std::string& field, Conversion&
   return c.breach.ok() ? c.value(authoring::make_car_asset(asset), field) : ExampleSet();
 }
 
+authoring::RigWeights to_rig_weights(int weights, const std::string& field, Conversion& c) {
+  switch (weights) {
+    case v1::DefaultAsset::GAUSSIAN:
+      return authoring::RigWeights::gaussian;
+    case v1::DefaultAsset::BOUNDED_BIHARMONIC:
+      return authoring::RigWeights::bounded_biharmonic;
+    default:
+      c.breach.require(false, field, "is " + std::to_string(weights) + ", must be GAUSSIAN or BOUNDED_BIHARMONIC");
+  }
+  return {};
+}
+
 ExampleSet make_default(const v1::DefaultAsset& m, const std::string& field, Conversion& c) {
   authoring::DefaultAssetOptions o;
   o.enclosing = to_enclosing(m, field, c);
@@ -37,6 +49,7 @@ ExampleSet make_default(const v1::DefaultAsset& m, const std::string& field, Con
   o.depth = number_or(m.has_depth(), m.depth(), o.depth, kDepth, field + ".depth", c);
   o.convex_parts = static_cast<int>(
       number_or(m.has_convex_parts(), m.convex_parts(), o.convex_parts, kConvexParts, field + ".convex_parts", c));
+  o.weights = to_rig_weights(m.weights(), field + ".weights", c);
   const auto surface = to_shared_surface(m.surface(), field + ".surface", c);
   return c.breach.ok() ? c.value(authoring::make_default_asset(*surface, o), field) : ExampleSet();
 }

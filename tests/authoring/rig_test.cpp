@@ -68,6 +68,38 @@ TEST(PlaceHandles, LeavesTheCornersOfABox) {
   EXPECT_GT(closest, 0.8);  // 8 points on a 2 x 1.2 x 1.2 box: not two near each other
 }
 
+TEST(PlaceHandles, GivenOnesStayAndKeepOthersAway) {
+  const sim::TetMesh mesh = enclosing_mesh(icosphere(1, 3), {.cell_size = 0.25})->mesh;
+  const auto surface = surface_nodes(mesh.tets);
+  const Vec3 given(1, 0, 0);
+  double before = 1e9;  // how near the others come to it
+  for (const int id : place_handles(mesh, surface, 12)) before = std::min(before, (mesh.X[id] - given).norm());
+  const auto added = place_handles(mesh, surface, 12, {.given = {given}});
+  EXPECT_EQ(added.size(), 12u);
+  double closest = 1e9, apart = 1e9;
+  for (const int a : added) {
+    closest = std::min(closest, (mesh.X[a] - given).norm());
+    for (const int b : added)
+      if (a != b) apart = std::min(apart, (mesh.X[a] - mesh.X[b]).norm());
+  }
+  EXPECT_GT(closest, before);
+  EXPECT_GT(closest, 0.9 * apart);  // as far as they are from each other
+  EXPECT_TRUE(place_handles(mesh, surface, 0, {.given = {given}}).empty());
+}
+
+TEST(PlaceHandles, OneVariantKeepsWhatIsNearTheBox) {
+  // Two rows of points, one of them on the box: each pair across is the closest there is.
+  sim::TetMesh mesh;
+  for (int k = 0; k <= 4; ++k) {
+    mesh.X.push_back({1.0 * k, 0, 0});
+    mesh.X.push_back({1.0 * k, 0.1, 0.1});
+  }
+  mesh.X.push_back({0, 5, 5});  // only for the box
+  const std::vector<int> ids{0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+  EXPECT_THAT(place_handles(mesh, ids, 5), ElementsAre(0, 2, 4, 6, 8));
+  EXPECT_THAT(place_handles(mesh, ids, 5, {.keep = KeepHandle::arbitrary}), ElementsAre(1, 3, 5, 7, 9));
+}
+
 TEST(FarthestPoints, OfALineAreItsEndsAndItsMiddle) {
   std::vector<Vec3> X;
   std::vector<int> ids;
@@ -239,6 +271,18 @@ TEST(DefaultAsset, DentsAnySurfaceFromSixSides) {
     const double moved = side % 2 == 1 ? rest.max()[axis] - box.max()[axis] : box.min()[axis] - rest.min()[axis];
     EXPECT_GT(moved, 0.25) << asset->examples[side + 1].name;
   }
+}
+
+TEST(DefaultAsset, HasBoundedBiharmonicWeightsWhereAskedFor) {
+  DefaultAssetOptions options{.enclosing = {.cell_size = 0.25}, .weights = RigWeights::bounded_biharmonic};
+  const auto asset = make_default_asset(icosphere(1, 3), options);
+  ASSERT_TRUE(asset) << asset.error().text();
+  // Every bone stands at a vertex that it holds alone, where Gaussians share everywhere.
+  for (int b = 0; b < asset->bone_count(); ++b) EXPECT_EQ(asset->W.col(b).maxCoeff(), 1);
+  const Eigen::AlignedBox3d rest = box_of(posed(*asset, 0));
+  for (int side = 0; side < 6; ++side) EXPECT_LT(box_of(posed(*asset, side + 1)).volume(), 0.95 * rest.volume());
+  options.weights = RigWeights::gaussian;
+  EXPECT_LT(make_default_asset(icosphere(1, 3), options)->W.maxCoeff(), 1);
 }
 
 TEST(DefaultAsset, CutsALongBodyIntoConvexPartsThatCoverIt) {

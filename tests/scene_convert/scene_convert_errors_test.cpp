@@ -180,6 +180,8 @@ const Bad kBad[] = {
      "bodies[0].example.asset.barrel.shape.radius", "at least"},
     {"bones", "bodies { name: 'b' example { asset { default_rig { bones: 1000 surface { box {} } } } } }",
      "bodies[0].example.asset.default_rig.bones", "at most 256"},
+    {"rig_weights", "bodies { name: 'b' example { asset { default_rig { weights: 7 surface { box {} } } } } }",
+     "bodies[0].example.asset.default_rig.weights", "GAUSSIAN or BOUNDED_BIHARMONIC"},
     {"car", "bodies { name: 'b' example { asset { car { cell_size: -1 } } } }", "bodies[0].example.asset.car.cell_size",
      "at least 1e-04"},
 

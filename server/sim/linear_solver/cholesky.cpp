@@ -43,8 +43,12 @@ struct Cholesky::Impl {
   cholmod_factor* L = nullptr;
   Pattern pattern;
 
-  Impl() {
+  explicit Impl(Ordering ordering) {
     cholmod_start(&common);
+    if (ordering == Ordering::nested_dissection) {
+      common.nmethods = 1;
+      common.method[0].ordering = CHOLMOD_METIS;
+    }
     common.print = 0;
     common.final_ll = 1;  // L L^T: a negative pivot is a failure, where L D L^T would go on
   }
@@ -68,6 +72,10 @@ struct Cholesky::Impl {
     if (pattern.update(A) || !L) {
       cholmod_free_factor(&L, &common);
       L = cholmod_analyze(&view, &common);
+      if (!L && common.nmethods == 1) {  // a build without METIS
+        common.nmethods = 0;
+        L = cholmod_analyze(&view, &common);
+      }
       if (!L) return false;
     }
     cholmod_factorize(&view, L, &common);
@@ -87,6 +95,21 @@ struct Cholesky::Impl {
     cholmod_free_dense(&result, &common);
     return x;
   }
+
+  Factor copy_factor() {
+    Factor out;
+    const int* order = static_cast<const int*>(L->Perm);
+    out.order.assign(order, order + L->n);
+    cholmod_factor* copy = cholmod_copy_factor(L, &common);  // the conversion below takes it apart
+    cholmod_sparse* sparse = cholmod_factor_to_sparse(copy, &common);
+    assert(sparse);
+    const int n = static_cast<int>(sparse->nrow), *outer = static_cast<const int*>(sparse->p);
+    out.L = Eigen::Map<const Eigen::SparseMatrix<double>>(n, n, outer[n], outer, static_cast<const int*>(sparse->i),
+                                                          static_cast<const double*>(sparse->x));
+    cholmod_free_sparse(&sparse, &common);
+    cholmod_free_factor(&copy, &common);
+    return out;
+  }
 };
 
 #else
@@ -95,6 +118,8 @@ struct Cholesky::Impl {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> ldlt;
   Pattern pattern;
 
+  explicit Impl(Ordering) {}
+
   bool factor(const Eigen::SparseMatrix<double>& A) {
     if (pattern.update(A)) ldlt.analyzePattern(A);
     ldlt.factorize(A);
@@ -102,11 +127,24 @@ struct Cholesky::Impl {
   }
 
   Eigen::VectorXd solve(const Eigen::VectorXd& b) { return ldlt.solve(b); }
+
+  Factor copy_factor() {
+    Factor out;
+    const Eigen::VectorXd scale = ldlt.vectorD().cwiseSqrt();
+    Eigen::SparseMatrix<double> L = ldlt.matrixL();
+    Eigen::SparseMatrix<double> unit(L.rows(), L.cols());
+    unit.setIdentity();
+    L = L.triangularView<Eigen::StrictlyLower>();
+    out.L = (L + unit) * scale.asDiagonal();
+    const auto& inverse = ldlt.permutationPinv().indices();
+    out.order.assign(inverse.data(), inverse.data() + inverse.size());
+    return out;
+  }
 };
 
 #endif
 
-Cholesky::Cholesky() : impl_(std::make_unique<Impl>()) {}
+Cholesky::Cholesky(Ordering ordering) : impl_(std::make_unique<Impl>(ordering)) {}
 Cholesky::~Cholesky() = default;
 Cholesky::Cholesky(Cholesky&&) noexcept = default;
 Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;
@@ -119,5 +157,6 @@ bool Cholesky::factor(const BlockSparseMatrix<double>& A) { return factor(A.to_s
 bool Cholesky::factor(const BlockSparseMatrix<float>& A) { return factor(A.to_sparse()); }
 
 Eigen::VectorXd Cholesky::solve(const Eigen::VectorXd& b) const { return impl_->solve(b); }
+Cholesky::Factor Cholesky::copy_factor() const { return impl_->copy_factor(); }
 
 }  // namespace crumple::sim::linear_solver

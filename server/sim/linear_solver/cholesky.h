@@ -5,6 +5,7 @@
 #include <Eigen/SparseCore>
 
 #include <memory>
+#include <vector>
 
 namespace crumple::sim::linear_solver {
 
@@ -12,7 +13,10 @@ namespace crumple::sim::linear_solver {
 // LDL^T where not. The symbolic analysis is kept as long as the pattern stays.
 class Cholesky {
  public:
-  Cholesky();
+  // Order in which unknowns are eliminated. automatic: the library's choice, quick to make. nested_dissection: takes
+  // longer to find and fills in less where the unknowns are a solid's; as automatic where the build cannot do it.
+  enum class Ordering { automatic, nested_dissection };
+  explicit Cholesky(Ordering ordering = Ordering::automatic);
   ~Cholesky();
   Cholesky(Cholesky&&) noexcept;
   Cholesky& operator=(Cholesky&&) noexcept;
@@ -25,6 +29,13 @@ class Cholesky {
 
   // x = A^-1 b after a factor() that returned true.
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
+
+  // A copy of the factor, P A P^T = L L^T, after a factor() that returned true.
+  struct Factor {
+    Eigen::SparseMatrix<double> L;  // lower triangle, rows of a column ascending
+    std::vector<int> order;         // row i of P A P^T is row order[i] of A
+  };
+  Factor copy_factor() const;
 
  private:
   struct Impl;
