@@ -43,7 +43,11 @@ StepReport World::step() {
   return report;
 }
 
-void World::set_clock(double (*now_ms)()) { impl_->now_ms = now_ms; }
+void World::set_clock(double (*now_ms)()) {
+  impl_->now_ms = now_ms;
+  for (ExampleBody& body : impl_->examples) body.set_clock(now_ms);
+}
+const ExampleStageTimes& World::example_times() const { return impl_->example_times; }
 const std::vector<StageTime>& World::stage_times() const { return impl_->stage_times; }
 double World::time() const { return impl_->time(); }
 std::uint64_t World::step_count() const { return impl_->step; }

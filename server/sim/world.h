@@ -23,6 +23,16 @@ struct StageTime {
   double ms;
 };
 
+// Inside the stage "examples": processor time, summed over the bodies, which run side by side [ms] (Jones et al. 2016).
+struct ExampleStageTimes {
+  double locate = 0;       // vertices for the points that were struck
+  double projection = 0;   // eqs. 4, 5, 8
+  double propagation = 0;  // eq. 11
+  double weights = 0;      // eqs. 13, 15
+  double skinning = 0;     // eq. 3
+  double shape = 0;        // mass properties, hulls, proxy, and handing them to the rigid room
+};
+
 // What a world is busy with, and what it is spared [Parker & O'Brien 2009, figure 8]: bodies that can move, and tets and
 // nodes of finite-element ones. Bodies that are wholly scripted or held are neither live nor asleep.
 struct Workload {
@@ -98,6 +108,7 @@ class World {
   StepReport step();
   void set_clock(double (*now_ms)());
   const std::vector<StageTime>& stage_times() const;  // of the last step
+  const ExampleStageTimes& example_times() const;     // of the last step, if there is a clock
 
   double time() const;
   std::uint64_t step_count() const;

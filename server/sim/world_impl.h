@@ -67,6 +67,8 @@ struct World::Impl {
   std::vector<Event> events;
   std::uint64_t event_count = 0;
   std::vector<StageTime> stage_times;
+  ExampleStageTimes example_times;
+  void add_times(const ExampleTimes& body);
   double (*now_ms)() = nullptr;
 
   // One step's data, from stage to stage.

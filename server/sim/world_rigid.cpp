@@ -31,14 +31,27 @@ void World::Impl::step_rigid(StepReport& report) {
   }
 }
 
+void World::Impl::add_times(const ExampleTimes& body) {
+  example_times.locate += body.locate;
+  example_times.projection += body.deform.projection;
+  example_times.propagation += body.deform.propagation;
+  example_times.weights += body.deform.weights;
+  example_times.skinning += body.deform.skinning;
+  example_times.shape += body.shape;
+}
+
 void World::Impl::deform_examples(StepReport& report) {
   pool.for_chunks(static_cast<int>(examples.size()), 1, [&](int begin, int end) {
     for (int k = begin; k < end; ++k)
       if (!is_asleep(examples[k].id)) examples[k].deform(scene.dt, scene.rate_dt, pool);
   });
+  example_times = {};
   for (ExampleBody& body : examples) {
     if (is_asleep(body.id)) continue;
+    if (now_ms) add_times(body.times());
+    const double deformed = now_ms ? now_ms() : 0;
     const DentOutcome outcome = body.settle(rigid);
+    if (now_ms) example_times.shape += now_ms() - deformed;
     if (!outcome.finite) {
       add_event(EventKind::frozen, body.id).message =
           text(scene.bodies[body.id].name, " has a shape that is not finite: it keeps its last one and does not deform any more");

@@ -88,6 +88,7 @@ void ExampleBody::hold() {
 
 void ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool) {
   // Impulses that do not exceed beta together cannot at any vertex: nothing to look up for a body at rest (eq. 4).
+  const double start = work_.now();
   double strength = 0;
   for (const eb::PointImpulse& strike : strikes_) strength += strike.impulse.norm();
   impulses_.clear();
@@ -95,10 +96,13 @@ void ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool) {
     eb::locate_impulses(rest, state, strikes_, eb::Site::nearest_vertex, boxes_, impulses_);
   }
   strikes_.clear();
+  locate_ms_ = work_.now() - start;
+  shape_ms_ = 0;
   const eb::DeformReport& report = eb::deform(rest, parameters_, {dt, rate_dt}, mass_, impulses_, pool, state, work_);
   if (!report.finite) return hold();
   shape_follows_ = shape_follows_ && !report.moved;
   if (!shape_is_due()) return;
+  const double deformed = work_.now();
   // A shape that cannot be had (a part crushed flat) keeps the last collision shape; drawing goes on.
   if (auto prepared = PreparedShape::make(shape(), mass_properties())) {
     next_shape_ = *std::move(prepared);
@@ -106,7 +110,10 @@ void ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool) {
   }
   shape_x_ = state.x;
   shape_follows_ = true;
+  shape_ms_ = work_.now() - deformed;
 }
+
+ExampleTimes ExampleBody::times() const { return {locate_ms_, work_.times, shape_ms_}; }
 
 DentOutcome ExampleBody::settle(RigidWorld& rigid) {
   const eb::DeformReport& report = work_.report;

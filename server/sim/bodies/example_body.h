@@ -22,6 +22,13 @@ struct DentOutcome {
   Vec3 point = Vec3::Zero();   // where the strongest acted, in W [m]
 };
 
+// Where the time of `deform` went [ms].
+struct ExampleTimes {
+  double locate = 0;                   // vertices for the points that were struck
+  example_based::DeformTimes deform;
+  double shape = 0;                    // mass properties, hulls and proxy
+};
+
 // One example-based body of a world: a rigid body whose shape follows the impulses it takes (Jones et al. 2016).
 class ExampleBody {
  public:
@@ -44,6 +51,9 @@ class ExampleBody {
   // bodies may deform side by side; `settle` then hands over to `rigid`.
   void deform(double dt, double rate_dt, const ThreadPool& pool);
   DentOutcome settle(RigidWorld& rigid);
+  // From now on `deform` notes where its time goes.
+  void set_clock(double (*now_ms)()) { work_.now_ms = now_ms; }
+  ExampleTimes times() const;          // of the last `deform`
   bool is_settled() const;             // without new impulses neither shape nor restitution would change any more
 
   BodyTopology topology(const BodyDescription& body) const;
@@ -68,6 +78,7 @@ class ExampleBody {
   std::vector<example_based::VertexImpulse> impulses_;  // scratch
   example_based::SurfaceTree::Boxes boxes_;             // scratch
   example_based::ExampleWorkspace work_;
+  double locate_ms_ = 0, shape_ms_ = 0;
 };
 
 }  // namespace crumple::sim
