@@ -130,7 +130,7 @@ FemView World::fem(BodyId body) const {
   return view;
 }
 
-const Eigen::MatrixXd& World::example_weights(BodyId body) const {
+const example_based::WeightMatrix& World::example_weights(BodyId body) const {
   assert(impl_->places[body].model == BodyModel::example_based);
   return impl_->examples[impl_->places[body].index].state.E;
 }

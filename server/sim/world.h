@@ -3,6 +3,7 @@
 #include "common/error.h"
 #include "common/frame.h"
 #include "server/sim/event.h"
+#include "server/sim/example_based/example_rest.h"
 #include "server/sim/scene.h"
 
 #include <cstdint>
@@ -127,7 +128,7 @@ class World {
   Energies energies() const;
   Invariants invariants() const;               // of the last step; zero work without WorldOptions::invariants
   FemView fem(BodyId body) const;              // body must be a finite-element body
-  const Eigen::MatrixXd& example_weights(BodyId body) const;  // E, N x E; body must be example-based
+  const example_based::WeightMatrix& example_weights(BodyId body) const;  // E, N x E; body must be example-based
 
   // 64 bits over every double of the state, bit for bit.
   std::uint64_t state_hash() const;

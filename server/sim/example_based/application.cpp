@@ -2,12 +2,52 @@
 
 #include "server/sim/example_based/skinning.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace crumple::sim::example_based {
 namespace {
 
 constexpr int kChunk = 512;  // rows a task
+
+// Of one row, in place.
+void normalise(double* row, int examples) {
+  double sum = 0;
+  for (int e = 0; e < examples; ++e) {
+    if (!(row[e] > 0)) row[e] = 0;
+    sum += row[e];
+  }
+  if (sum >= kMinRowSum) {
+    for (int e = 0; e < examples; ++e) row[e] /= sum;
+  } else {
+    std::fill(row, row + examples, 0);
+    row[0] = 1;
+  }
+}
+
+// Eqs. 13 and 14 on one row of E and dE.
+struct Applied {
+  bool changed;  // a bit of E
+  bool done;     // nothing is left in dE
+};
+Applied apply_to_row(double lambda, double negligible, int examples, double* E, double* dE) {
+  double next[kMaxExamples];
+  double left = 0;
+  for (int e = 0; e < examples; ++e) {
+    next[e] = E[e] + (1 - lambda) * dE[e];
+    dE[e] *= lambda;
+    left = std::max(left, std::abs(dE[e]));
+  }
+  const bool done = left <= negligible;
+  if (done) {
+    for (int e = 0; e < examples; ++e) next[e] += std::exchange(dE[e], 0);
+  }
+  normalise(next, examples);
+  bool changed = false;
+  for (int e = 0; e < examples; ++e) changed |= std::exchange(E[e], next[e]) != next[e];
+  return {changed, done};
+}
 
 }  // namespace
 
@@ -15,40 +55,22 @@ double lambda_per_step(const ExampleParameters& parameters, double dt, double ra
   return parameters.raw_rates ? parameters.lambda : std::pow(parameters.lambda, dt / rate_dt);
 }
 
-void normalise_row(Eigen::MatrixXd& E, int i) {
-  double sum = 0;
-  for (int e = 0; e < E.cols(); ++e) {
-    if (!(E(i, e) > 0)) E(i, e) = 0;
-    sum += E(i, e);
-  }
-  if (sum >= kMinRowSum) {
-    for (int e = 0; e < E.cols(); ++e) E(i, e) /= sum;
-  } else {
-    E.row(i).setZero();
-    E(i, 0) = 1;
-  }
+void normalise_row(WeightMatrix& E, int i) {
+  normalise(E.row(i).data(), static_cast<int>(E.cols()));
 }
 
 void apply_delayed(const ExampleParameters& parameters, double lambda, const ThreadPool& pool, ExampleState& state,
                    std::vector<int>& changed) {
   const double negligible = parameters.raw_rates ? kRawNegligible : kNegligible;
-  Eigen::MatrixXd& E = state.E;
-  Eigen::MatrixXd& dE = state.dE;
+  const int examples = static_cast<int>(state.E.cols());
   const int rows = static_cast<int>(state.active.size());
   changed.assign(state.active.begin(), state.active.end());
   pool.for_chunks(rows, kChunk, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const int i = state.active[k];
-      const WeightRow before = E.row(i).transpose();
-      E.row(i) += (1 - lambda) * dE.row(i);
-      dE.row(i) *= lambda;
-      if (dE.row(i).cwiseAbs().maxCoeff() <= negligible) {
-        E.row(i) += dE.row(i);
-        dE.row(i).setZero();
-        state.active[k] = -1;
-      }
-      normalise_row(E, i);
-      if (before == E.row(i).transpose()) changed[k] = -1;
+      const Applied applied = apply_to_row(lambda, negligible, examples, state.E.row(i).data(), state.dE.row(i).data());
+      if (applied.done) state.active[k] = -1;
+      if (!applied.changed) changed[k] = -1;
     }
   });
   std::erase(state.active, -1);

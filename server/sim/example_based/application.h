@@ -23,7 +23,7 @@ inline constexpr double kMinRowSum = 1e-12;
 double lambda_per_step(const ExampleParameters& parameters, double dt, double rate_dt);
 
 // Clamps row i of E at 0 and scales it to sum 1: the row stays in the simplex of the examples, to rounding.
-void normalise_row(Eigen::MatrixXd& E, int i);
+void normalise_row(WeightMatrix& E, int i);
 
 // E += (1 - lambda) dE, dE *= lambda on the active rows, then `normalise_row` on each. Rows that became negligible
 // leave state.active. `changed` receives the vertices whose row of E changed by a bit, ascending. lambda: per step.

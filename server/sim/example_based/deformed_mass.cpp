@@ -17,12 +17,17 @@ DeformedMass deformed_mass(const ExampleRest& rest, std::span<const Vec3> x, dou
   // A tet's centroid is the mean of its vertices, so lumping keeps the centre of mass.
   for (std::size_t i = 0; i < x.size(); ++i) result.com += rest.vertex_share[i] * x[i];
 
+  // sum_t m_t / 20 (sum_k r_k r_k^T + s s^T), r about the centre of mass: the first sum goes over vertices, each of which
+  // has a quarter of its tets' shares.
   Mat3 moment = Mat3::Zero();
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Vec3 r = x[i] - result.com;
+    moment += (rest.vertex_share[i] / 5 * r) * r.transpose();
+  }
   for (std::size_t t = 0; t < tets.size(); ++t) {
-    Mat34 r;
-    for (int k = 0; k < 4; ++k) r.col(k) = x[tets[t][k]] - result.com;
-    const Vec3 s = r.rowwise().sum();
-    moment += rest.tet_share[t] / 20 * (r * r.transpose() + s * s.transpose());
+    const auto& [a, b, c, d] = tets[t];
+    const Vec3 s = (x[a] + x[b]) + (x[c] + x[d]) - 4 * result.com;
+    moment += (rest.tet_share[t] / 20 * s) * s.transpose();
   }
   result.inertia = mass * inertia_of(moment);
   return result;

@@ -39,6 +39,28 @@ void gather_weights(ExampleRest& rest) {
   }
 }
 
+void gather_basis(ExampleRest& rest) {
+  rest.linear = std::ranges::none_of(rest.turns, [](std::uint8_t turns) { return turns != 0; });
+  if (!rest.linear) return;
+  const int examples = rest.example_count();
+  rest.turned_u.assign(rest.vertex_count(), Vec3::Zero());
+  rest.basis.assign(static_cast<std::size_t>(rest.vertex_count()) * examples, Vec4::Zero());
+  bool still = true;
+  for (int i = 0; i < rest.vertex_count(); ++i) {
+    bool turns = false;
+    for (int k = rest.weight_start[i]; k < rest.weight_start[i + 1]; ++k) {
+      const auto& [bone, weight] = rest.weights[k];
+      const Vec4& q = rest.pose(bone, 0).q;
+      turns |= !q.head<3>().isZero(0);
+      rest.turned_u[i] += weight * rotate(q, rest.set->mesh.X[i]);
+      for (int e = 0; e < examples; ++e) rest.basis[i * examples + e] += weight * rest.pose(bone, e).t;
+    }
+    if (!turns) rest.turned_u[i] = rest.set->mesh.X[i];  // to the bit: weights sum to 1 only to rounding
+    still &= rest.basis[i * examples].isZero(0);
+  }
+  rest.first_example = still ? 1 : 0;
+}
+
 void skin_rest_pose(ExampleRest& rest) {
   bool identity = true;
   for (int b = 0; b < rest.bone_count(); ++b) {
@@ -82,6 +104,7 @@ ExampleRest make_rest(std::shared_ptr<const ExampleSet> set) {
   rest.set = std::move(set);
   align_poses(rest);
   gather_weights(rest);
+  gather_basis(rest);
   skin_rest_pose(rest);
   share_mass(rest);
   rest.graph = edge_graph(rest.set->mesh.X, rest.set->mesh.tets);
