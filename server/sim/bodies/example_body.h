@@ -9,6 +9,8 @@
 #include "server/sim/scene.h"
 #include "server/sim/state_hash.h"
 
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,20 +31,31 @@ struct ExampleTimes {
   double shape = 0;                    // mass properties, hulls and proxy
 };
 
+// What bodies of one asset share: made once, and in the caches once.
+class SharedRests {
+ public:
+  std::shared_ptr<const example_based::ExampleRest> of(const std::shared_ptr<const example_based::ExampleSet>& set);
+
+ private:
+  std::map<std::shared_ptr<const example_based::ExampleSet>, std::shared_ptr<const example_based::ExampleRest>> rests_;
+};
+
 // One example-based body of a world: a rigid body whose shape follows the impulses it takes (Jones et al. 2016).
 class ExampleBody {
  public:
   // Adds the body to `rigid`.
   static Result<ExampleBody> make(BodyId id, const BodyDescription& body, const ExampleModel& model, RigidWorld& rigid,
-                                  const std::string& field);
+                                  const std::string& field, SharedRests* shared = nullptr);
 
   BodyId id;
   double friction = 0.5;
-  example_based::ExampleRest rest;
+  const example_based::ExampleRest& rest() const { return *rest_; }
   example_based::ExampleState state;
   TetMesh proxy;                       // fans of the convex parts' hulls, body axes: what soft bodies meet
   contact::CollisionMesh collision;
   std::vector<Vec3> x;                 // proxy nodes in W [m]
+  // Nothing in the world but rigid bodies meets it: the proxy then follows only when the shape has come to rest.
+  bool meets_only_rigid = false;
 
   void follow(const Pose& X_WB);       // x from the pose
   // An impulse of this step, from Bullet, from soft contact or from a command; both in body axes.
@@ -61,6 +74,7 @@ class ExampleBody {
   void hash(StateHash& hash) const;
 
  private:
+  std::shared_ptr<const example_based::ExampleRest> rest_;
   DeformableShape shape() const;       // convex parts, or the surface as triangles
   MassProperties mass_properties() const;
   void make_proxy();

@@ -18,7 +18,7 @@ double reach(const std::vector<Vec3>& points, const Vec3& n) {
 // What the shape reaches further than its collision proxy does, at most over some directions [m].
 double proxy_lag(const ExampleBody& body) {
   double worst = 0;
-  for (const auto& part : body.rest.hull_vertices) {
+  for (const auto& part : body.rest().hull_vertices) {
     std::vector<Vec3> now;
     for (int i : part) now.push_back(body.state.x[i]);
     for (const Vec3& n : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
@@ -67,7 +67,7 @@ TEST_F(StruckBarrel, ManySmallImpulsesAddUpAtTheirVertex) {
 // The quick way out for bodies at rest must know of regions that yield before the body's beta does.
 TEST_F(StruckBarrel, AWeakRegionYieldsBelowTheBodysBeta) {
   ASSERT_TRUE(body);
-  auto set = std::make_shared<example_based::ExampleSet>(*body->rest.set);
+  auto set = std::make_shared<example_based::ExampleSet>(*body->rest().set);
   set->beta_scale.assign(set->vertex_count(), 1);
   for (int i = 0; i < set->vertex_count(); ++i)
     if (set->mesh.X[i].x() > 0.2) set->beta_scale[i] = 0.1;
