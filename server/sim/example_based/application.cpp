@@ -11,15 +11,18 @@ namespace {
 
 constexpr int kChunk = 512;  // rows a task
 
-// Of one row, in place.
-void normalise(double* row, int examples) {
+// Of one row, in place. kExamples: their number where the compiler may know it, or 0.
+template <int kExamples = 0>
+void normalise(double* row, int count) {
+  const int examples = kExamples > 0 ? kExamples : count;
   double sum = 0;
   for (int e = 0; e < examples; ++e) {
-    if (!(row[e] > 0)) row[e] = 0;
+    row[e] = row[e] > 0 ? row[e] : 0;  // not a number is clamped, too
     sum += row[e];
   }
   if (sum >= kMinRowSum) {
-    for (int e = 0; e < examples; ++e) row[e] /= sum;
+    const double scale = 1 / sum;
+    for (int e = 0; e < examples; ++e) row[e] *= scale;
   } else {
     std::fill(row, row + examples, 0);
     row[0] = 1;
@@ -31,8 +34,10 @@ struct Applied {
   bool changed;  // a bit of E
   bool done;     // nothing is left in dE
 };
-Applied apply_to_row(double lambda, double negligible, int examples, double* E, double* dE) {
-  double next[kMaxExamples];
+template <int kExamples>
+Applied apply_to_row(double lambda, double negligible, int count, double* E, double* dE) {
+  const int examples = kExamples > 0 ? kExamples : count;
+  double next[kExamples > 0 ? kExamples : kMaxExamples];
   double left = 0;
   for (int e = 0; e < examples; ++e) {
     next[e] = E[e] + (1 - lambda) * dE[e];
@@ -43,10 +48,23 @@ Applied apply_to_row(double lambda, double negligible, int examples, double* E, 
   if (done) {
     for (int e = 0; e < examples; ++e) next[e] += std::exchange(dE[e], 0);
   }
-  normalise(next, examples);
+  normalise<kExamples>(next, examples);
   bool changed = false;
   for (int e = 0; e < examples; ++e) changed |= std::exchange(E[e], next[e]) != next[e];
   return {changed, done};
+}
+
+using ApplyToRow = Applied (*)(double, double, int, double*, double*);
+ApplyToRow apply_for(int examples) {
+  switch (examples) {
+    case 2: return apply_to_row<2>;
+    case 3: return apply_to_row<3>;
+    case 4: return apply_to_row<4>;
+    case 5: return apply_to_row<5>;
+    case 6: return apply_to_row<6>;
+    case 7: return apply_to_row<7>;
+    default: return apply_to_row<0>;
+  }
 }
 
 }  // namespace
@@ -63,12 +81,13 @@ void apply_delayed(const ExampleParameters& parameters, double lambda, const Thr
                    std::vector<int>& changed) {
   const double negligible = parameters.raw_rates ? kRawNegligible : kNegligible;
   const int examples = static_cast<int>(state.E.cols());
+  const ApplyToRow apply = apply_for(examples);
   const int rows = static_cast<int>(state.active.size());
   changed.assign(state.active.begin(), state.active.end());
   pool.for_chunks(rows, kChunk, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const int i = state.active[k];
-      const Applied applied = apply_to_row(lambda, negligible, examples, state.E.row(i).data(), state.dE.row(i).data());
+      const Applied applied = apply(lambda, negligible, examples, state.E.row(i).data(), state.dE.row(i).data());
       if (applied.done) state.active[k] = -1;
       if (!applied.changed) changed[k] = -1;
     }

@@ -11,8 +11,9 @@ namespace crumple::sim::example_based {
 
 // A row of dE whose entries are all within this is applied at once and leaves the active rows: the body stops being
 // skinned ("avoiding re-skinning objects when dE becomes negligible", section 5). A vertex then makes a last move of
-// at most sqrt(E) |J_i| times this: micrometres on a body of metres. Nothing is lost, so eq. 14 keeps holding.
-inline constexpr double kNegligible = 1e-6;
+// at most sqrt(E) |J_i| times this: a tenth of a millimetre where examples are a metre from each other. Nothing is lost, so
+// eq. 14 keeps holding.
+inline constexpr double kNegligible = 1e-4;
 inline constexpr double kRawNegligible = 1e-15;  // with raw_rates
 
 // A row whose entries sum to less than this after clamping has no direction left; it becomes the rest pose.
