@@ -176,7 +176,7 @@ SceneDescription pegs(const DestructionOptions& options) {
     for (int c = 0; c < 10; ++c) {
       const double z = b.uniform(-1, 1);
       b.example(text("barrel ", 10 * l + c), barrel, 20, {1.1 * (c - 4.5), 8.2 + 1.15 * l, z},
-                {.alpha = 28, .beta = 2.5, .gamma = 0.4, .lambda = 0.95}).pose.R_WB = b.any_turn();
+                {.alpha = 28, .beta = 10, .gamma = 0.4, .lambda = 0.95}).pose.R_WB = b.any_turn();
     }
   const Quat along_z = Quat::FromTwoVectors(Vec3::UnitY(), Vec3::UnitZ());
   for (int r = 0; r < 5; ++r)
