@@ -54,16 +54,28 @@ Applied apply_to_row(double lambda, double negligible, int count, double* E, dou
   return {changed, done};
 }
 
-using ApplyToRow = Applied (*)(double, double, int, double*, double*);
-ApplyToRow apply_for(int examples) {
+// Rows that are done are struck from `active`, those whose E stayed from `changed`: -1.
+template <int kExamples>
+void apply_to_rows(double lambda, double negligible, ExampleState& state, std::vector<int>& changed, int begin, int end) {
+  const int examples = static_cast<int>(state.E.cols());
+  double *E = state.E.data(), *dE = state.dE.data();
+  for (int k = begin; k < end; ++k) {
+    const std::ptrdiff_t at = std::ptrdiff_t{examples} * state.active[k];
+    const Applied applied = apply_to_row<kExamples>(lambda, negligible, examples, E + at, dE + at);
+    if (applied.done) state.active[k] = -1;
+    if (!applied.changed) changed[k] = -1;
+  }
+}
+
+auto rows_for(int examples) {
   switch (examples) {
-    case 2: return apply_to_row<2>;
-    case 3: return apply_to_row<3>;
-    case 4: return apply_to_row<4>;
-    case 5: return apply_to_row<5>;
-    case 6: return apply_to_row<6>;
-    case 7: return apply_to_row<7>;
-    default: return apply_to_row<0>;
+    case 2: return apply_to_rows<2>;
+    case 3: return apply_to_rows<3>;
+    case 4: return apply_to_rows<4>;
+    case 5: return apply_to_rows<5>;
+    case 6: return apply_to_rows<6>;
+    case 7: return apply_to_rows<7>;
+    default: return apply_to_rows<0>;
   }
 }
 
@@ -80,18 +92,10 @@ void normalise_row(WeightMatrix& E, int i) {
 void apply_delayed(const ExampleParameters& parameters, double lambda, const ThreadPool& pool, ExampleState& state,
                    std::vector<int>& changed) {
   const double negligible = parameters.raw_rates ? kRawNegligible : kNegligible;
-  const int examples = static_cast<int>(state.E.cols());
-  const ApplyToRow apply = apply_for(examples);
-  const int rows = static_cast<int>(state.active.size());
+  const auto apply = rows_for(static_cast<int>(state.E.cols()));
   changed.assign(state.active.begin(), state.active.end());
-  pool.for_chunks(rows, kChunk, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      const int i = state.active[k];
-      const Applied applied = apply(lambda, negligible, examples, state.E.row(i).data(), state.dE.row(i).data());
-      if (applied.done) state.active[k] = -1;
-      if (!applied.changed) changed[k] = -1;
-    }
-  });
+  pool.for_chunks(static_cast<int>(state.active.size()), kChunk,
+                  [&](int begin, int end) { apply(lambda, negligible, state, changed, begin, end); });
   std::erase(state.active, -1);
   std::erase(changed, -1);
 }

@@ -86,6 +86,24 @@ void share_mass(ExampleRest& rest) {
   }
 }
 
+void share_mass_of_edges(ExampleRest& rest) {
+  const EdgeGraph& graph = rest.graph;
+  rest.upper_start.push_back(0);
+  for (int i = 0; i < graph.vertex_count(); ++i) {
+    for (int k = graph.start[i]; k < graph.start[i + 1]; ++k)
+      if (graph.neighbour[k] > i) rest.upper_edges.push_back({graph.neighbour[k], 0});
+    rest.upper_start.push_back(static_cast<int>(rest.upper_edges.size()));
+  }
+  const std::vector<Tet>& tets = rest.set->mesh.tets;
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    for (int i : tets[t])
+      for (int j : tets[t]) {
+        if (i >= j) continue;
+        const auto begin = rest.upper_edges.begin() + rest.upper_start[i], end = rest.upper_edges.begin() + rest.upper_start[i + 1];
+        std::lower_bound(begin, end, j, [](const EdgeShare& e, int v) { return e.vertex < v; })->share += rest.tet_share[t] / 20;
+      }
+}
+
 void find_surface(ExampleRest& rest) {
   for (const SurfaceFace& face : surface_faces(rest.set->mesh.tets)) rest.surface.push_back(face.nodes);
   for (const Triangle& triangle : rest.surface)
@@ -108,6 +126,7 @@ ExampleRest make_rest(std::shared_ptr<const ExampleSet> set) {
   skin_rest_pose(rest);
   share_mass(rest);
   rest.graph = edge_graph(rest.set->mesh.X, rest.set->mesh.tets);
+  share_mass_of_edges(rest);
   find_surface(rest);
   rest.least_beta_scale = kMaxRegionScale;
   for (int i : rest.surface_vertices) rest.least_beta_scale = std::min(rest.least_beta_scale, rest.set->beta_scale_at(i));

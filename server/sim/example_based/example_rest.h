@@ -21,6 +21,12 @@ struct BonePose {
   Vec4 t;  // translation [m], last entry 0: four wide, as q is
 };
 
+// M_ij of the consistent mass matrix over the body's mass: a twentieth of the shares of all tets that i and j have in common.
+struct EdgeShare {
+  int vertex;    // j
+  double share;  // [-]
+};
+
 struct BoneWeight {
   int bone;
   double weight;  // > 0
@@ -48,6 +54,9 @@ struct ExampleRest {
   double volume = 0;                 // [m^3], rest, times fill
   std::vector<double> tet_share;     // [-]
   std::vector<double> vertex_share;  // [-], a quarter of each tet's share to each of its vertices
+
+  std::vector<int> upper_start;        // N + 1: edges i-j with i < j at [start[i], start[i + 1])
+  std::vector<EdgeShare> upper_edges;  // ascending by j
 
   // Propagation.
   EdgeGraph graph;

@@ -1,13 +1,12 @@
 #include "server/sim/rigid/rigid_world_shapes.h"
 
-#include <BulletCollision/CollisionShapes/btConvexPolyhedron.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
 #include <algorithm>
 #include <cassert>
 
 #include "server/sim/rigid/convex_hull.h"
-#include "server/sim/rigid/hull_faces.h"
+#include "server/sim/rigid/rigid_world_hull.h"
 
 namespace crumple::sim::bullet {
 namespace {
@@ -28,20 +27,6 @@ double smallest_extent(const std::vector<Vec3>& points) {
   for (const Vec3& p : points) box.extend(p);
   return box.isEmpty() ? 0 : box.sizes().minCoeff();
 }
-
-// A hull whose faces are ours: Bullet's own way to them finds the hull again and compares all triangles with all.
-struct FacedHull : btConvexHullShape {
-  void set_faces(const SurfaceMesh& hull) {
-    m_polyhedron = new (btAlignedAlloc(sizeof(btConvexPolyhedron), 16)) btConvexPolyhedron;  // freed by its base
-    for (const Vec3& p : hull.vertices) m_polyhedron->m_vertices.push_back(to_bullet(p));
-    for (const HullFace& face : hull_faces(hull)) {
-      btFace& added = m_polyhedron->m_faces.expand();
-      for (int corner : face.corners) added.m_indices.push_back(corner);
-      for (int k = 0; k < 3; ++k) added.m_plane[k] = face.normal[k];
-      added.m_plane[3] = -face.offset;
-    }
-  }
-};
 
 // A flat part has no extent in one direction, and needs some skin.
 double skin(double extent) { return std::clamp(0.005 * extent, 1e-5, 1e-3); }
@@ -103,8 +88,7 @@ btCollisionShape* CollisionShape::add_hull(const std::vector<Vec3>& points) {
   // Inner points only cost time; a part that was pressed flat has no hull and keeps its points.
   const Result<SurfaceMesh> hull = convex_hull(points, "");
   const std::vector<Vec3>& kept = hull ? hull->vertices : points;
-  auto* shape = own(std::make_unique<FacedHull>());
-  for (const Vec3& p : kept) shape->addPoint(to_bullet(p), false);
+  auto* shape = own(std::make_unique<Hull>(kept));
   shape->setMargin(skin(smallest_extent(kept)));
   shape->recalcLocalAabb();
   if (hull && kept.size() <= kMaxFacedVertices) shape->set_faces(*hull);
