@@ -52,6 +52,7 @@ struct StepReport {
   int rough_bodies = 0;          // that stepped by backward Euler where the scene's integrator is BDF2
   int splits = 0;                // nodes split by fracture
   int plastic_impulses = 0;      // above beta
+  int broken_joints = 0;
   double worst_penetration = 0;  // deepest contact found at the start of the step [m]
   Workload workload;             // at its end
 };

@@ -31,6 +31,7 @@ Result<void> World::Impl::make_bodies() {
   was_capped.assign(soft.size(), 0);
   guards.resize(soft.size());
   for (ExampleBody& body : examples) body.meets_only_rigid = soft.empty();
+  make_joints();
   start_islands();
   topology.bodies.resize(places.size());
   for (BodyId id = 0; id < places.size(); ++id) rebuild_topology(id);

@@ -94,6 +94,7 @@ struct World::Impl {
   double time() const { return static_cast<double>(step) * scene.dt; }
 
   Result<void> make_bodies();
+  void make_joints();
   Result<void> check(const Command& command, const std::string& field) const;
 
   // Stages.
@@ -106,6 +107,7 @@ struct World::Impl {
   void solve(StepReport& report);
   void follow_scripts();
   void step_rigid(StepReport& report);
+  void break_joints(StepReport& report);
   void deform_examples(StepReport& report);
   void plastic_flow();
   void fracture(StepReport& report);

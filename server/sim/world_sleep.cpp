@@ -95,6 +95,11 @@ void World::Impl::start_islands() {
     by_soft[ids[a]] |= places[ids[b]].model == BodyModel::fem;
     by_soft[ids[b]] |= places[ids[a]].model == BodyModel::fem;
   }
+  for (const JointDescription& joint : scene.joints) {
+    if (activity[joint.a] == Activity::live && activity[joint.b] == Activity::live) {
+      sleepers.touch(static_cast<int>(joint.a), static_cast<int>(joint.b));
+    }
+  }
   sleepers.remember(0);
   for (const BodyId id : ids) {
     if (is_live(id)) lay_down(id, by_soft[id]);
@@ -230,6 +235,9 @@ void World::Impl::note_contacts() {
     }
   }
   for (const ContactImpulse& contact : rigid.contact_impulses()) touch(contact.a, contact.b);
+  for (int k = 0; k < static_cast<int>(scene.joints.size()); ++k) {
+    if (rigid.is_joined(k)) touch(scene.joints[k].a, scene.joints[k].b);
+  }
 }
 
 // Looks at a live body at the end of a step. A rigid one is seen by four of its points.

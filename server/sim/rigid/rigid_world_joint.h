@@ -1,5 +1,7 @@
 #pragma once
 
+#include <new>
+
 #include "server/sim/rigid/rigid_world_body.h"
 
 // Private to rigid_world.
@@ -12,6 +14,9 @@ class Joint : public btTypedConstraint {
   // X_WJ: where the joint is now. The bodies must outlive it, and do not collide with each other as long as it is there.
   Joint(DynamicsWorld& world, int order, Body& a, Body& b, const Pose& X_WJ);
   ~Joint() override;
+  // Bullet's own allocator knows 16 bytes, and poses want more.
+  static void* operator new(std::size_t size) { return ::operator new(size, std::align_val_t{alignof(Joint)}); }
+  static void operator delete(void* memory) { ::operator delete(memory, std::align_val_t{alignof(Joint)}); }
   Joint(const Joint&) = delete;
   Joint& operator=(const Joint&) = delete;
 
