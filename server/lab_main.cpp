@@ -95,7 +95,7 @@ struct TrajectoryCommand {
 };
 
 // Scenes of Jones et al. 2016 and as many steps as show what happens in them.
-const std::map<std::string, int> kDestructionSteps{{"dock", 600}, {"pachinko", 1500}, {"driver", 400}, {"pileup", 1250}, {"cannonballs", 1750}, {"pegs", 1000}};
+const std::map<std::string, int> kDestructionSteps{{"dock", 600}, {"pachinko", 1500}, {"driver", 400}, {"pileup", 1250}, {"cannonballs", 1750}, {"space", 971}, {"shipyard", 1920}, {"pegs", 1000}};
 
 struct BenchCommand {
   std::string scene, lattice = "femfx", cells = "25x4x4", size = "2x0.4x0.4", damping = "0.15,0.004", sleep;
@@ -158,7 +158,7 @@ struct BenchCommand {
       options.steps = steps_of->second;
     } else {
       if (!std::filesystem::exists(scene)) {
-        return fail({ErrorCode::invalid_argument, "scene", "is " + scene + ", must be beam, pile, panel, barrels, dock, pachinko, driver, pileup, cannonballs, pegs or a scene file"});
+        return fail({ErrorCode::invalid_argument, "scene", "is " + scene + ", must be beam, pile, panel, barrels, dock, pachinko, driver, pileup, cannonballs, pegs, space, shipyard or a scene file"});
       }
       auto loaded = io::load_scene(scene);
       if (!loaded) return fail(loaded.error());
@@ -262,7 +262,7 @@ int main(int argc, char** argv) {
   BenchCommand bench;
   bool json = false;
   auto* b = app.add_subcommand("bench", "steps a benchmark scene and reports time, accuracy and state hash");
-  b->add_option("scene", bench.scene, "beam, pile, panel, barrels; of example-based bodies dock, pachinko, driver, pileup, cannonballs, pegs; or a scene file")->required();
+  b->add_option("scene", bench.scene, "beam, pile, panel, barrels; of example-based bodies dock, pachinko, driver, pileup, cannonballs, pegs, space, shipyard; or a scene file")->required();
   b->add_option("--threads", bench.threads)->check(CLI::Range(1, 256))->capture_default_str();
   b->add_option("--steps", bench.steps, "default: beam 600, pile 300, panel 180, barrels 1000, a scene file 600, others as long as things happen")->check(CLI::Range(1, 10'000'000));
   b->add_option("--lattice", bench.lattice, "beam")->check(CLI::IsMember({"femfx", "kuhn", "bcc"}))->capture_default_str();
@@ -273,7 +273,7 @@ int main(int argc, char** argv) {
   b->add_option("--sleep", bench.sleep, "on: as scenes by default; off; else as the scene says: beam, pile, panel and barrels never sleep")
       ->check(CLI::IsMember({"on", "off"}));
   b->add_option("--collision", bench.collision, "of example-based bodies, instead of the scene's (benchmark scenes: parts)")->check(CLI::IsMember({"triangles", "parts"}));
-  b->add_option("--seed", bench.seed, "barrels, pachinko, pegs")->capture_default_str();
+  b->add_option("--seed", bench.seed, "barrels, pachinko, pegs, space")->capture_default_str();
   b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "rigid-modes", "multigrid", "direct"}));
   b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));
   b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));

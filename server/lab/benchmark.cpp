@@ -125,7 +125,7 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
   }
   std::vector<double> step_ms;
   std::map<std::string, std::vector<double>> rigid_ms, example_ms;  // by part
-  int plastic = 0;
+  int plastic = 0, broken_joints = 0, most_broken = 0;
   std::vector<std::string> stage_order;
   std::map<std::string, double> stage_ms;
   double iterations = 0, residual = 0, penetration = 0;
@@ -143,6 +143,8 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     }
     append(world.example_times(), example_ms);
     plastic += report.plastic_impulses;
+    broken_joints += report.broken_joints;
+    most_broken = std::max(most_broken, report.broken_joints);
     iterations += report.solver_iterations;
     residual = std::max(residual, report.worst_residual);
     capped += report.capped_solves > 0;
@@ -181,6 +183,9 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     examples["deform_ms"] = quantiles(rigid_ms["examples"]);
     for (const auto& [part, ms] : example_ms) examples["parts_ms"][part] = quantiles(ms)["mean"];
     examples["plastic_impulses"] = plastic;
+  }
+  if (!scene.joints.empty()) {
+    result["joints"] = {{"count", scene.joints.size()}, {"broken", broken_joints}, {"most_in_a_step", most_broken}};
   }
   if (scene.bodies.size() > 1) result["penetration_mm_worst"] = 1000 * penetration;
   if (!options.tip.empty()) {

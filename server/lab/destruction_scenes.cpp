@@ -3,11 +3,11 @@
 #include "common/text.h"
 #include "server/authoring/barrel_asset.h"
 #include "server/authoring/car_asset.h"
-#include "server/lab/scene_bodies.h"
+#include "server/lab/scene_builder.h"
+#include "server/lab/spacecraft_scenes.h"
 
 #include <cmath>
 #include <memory>
-#include <random>
 
 namespace crumple::lab {
 namespace {
@@ -16,7 +16,6 @@ using sim::BodyDescription;
 using sim::RigidKind;
 using sim::SceneDescription;
 using sim::example_based::ExampleSet;
-using SharedSet = std::shared_ptr<const ExampleSet>;
 
 constexpr double kBarrelMass = 215.9;  // [kg]
 
@@ -39,43 +38,8 @@ SharedSet paper_car(bool large) {
   return std::make_shared<const ExampleSet>(*authoring::make_car_asset(car));
 }
 
-class Builder {
- public:
-  Builder(const std::string& name, double dt, const DestructionOptions& options)
-      : scene{.name = name, .dt = dt, .sleep = kNeverSleeps}, random_(options.seed) {}
-
-  void fixed_box(const std::string& name, const Vec3& half_extents, const Vec3& centre, const Quat& turn = Quat::Identity()) {
-    BodyDescription body = solid_body(name, sim::Box{half_extents}, RigidKind::fixed, centre);
-    body.pose.R_WB = turn;
-    scene.bodies.push_back(body);
-  }
-  void ground() { scene.bodies.push_back(plane_body("ground", Vec3::UnitY(), 0, 0.5)); }
-  void dock() {
-    ground();
-    fixed_box("dock", {1, 0.75, 10}, {1, 0.75, 0});
-    fixed_box("wall", {1, 5, 10}, {3, 5, 0});
-  }
-  BodyDescription& example(const std::string& name, const SharedSet& set, double mass, const Vec3& position,
-                           const sim::example_based::ExampleParameters& parameters) {
-    BodyDescription body{.name = name};
-    body.pose.p_WB = position;
-    body.model = sim::ExampleModel{.set = set, .parameters = parameters, .mass = mass};
-    return scene.bodies.emplace_back(std::move(body));
-  }
-  // std::uniform_real_distribution may differ between libraries; this does not.
-  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(random_() >> 11) * 0x1p-53; }
-  Quat any_turn() { return Quat(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized(); }
-
-  SceneDescription scene;
-
- private:
-  std::mt19937_64 random_;
-};
-
-Quat about(const Vec3& axis, double angle) { return Quat(Eigen::AngleAxisd(angle, axis)); }
-
 SceneDescription dock(const DestructionOptions& options) {
-  Builder b("dock", 0.00412, options);
+  SceneBuilder b("dock", 0.00412, options.seed);
   b.dock();
   const SharedSet barrel = paper_barrel();
   const Vec3 places[] = {{0, 3, 0}, {0.3, 4.1, 0.35}, {-0.2, 5, -0.4}};
@@ -85,7 +49,7 @@ SceneDescription dock(const DestructionOptions& options) {
 }
 
 SceneDescription pachinko(const DestructionOptions& options) {
-  Builder b("pachinko", 0.004, options);
+  SceneBuilder b("pachinko", 0.004, options.seed);
   b.ground();
   b.scene.bodies.push_back(plane_body("back", Vec3::UnitZ(), -1, 0.5));
   b.scene.bodies.push_back(plane_body("front", -Vec3::UnitZ(), -1, 0.5));
@@ -111,7 +75,7 @@ SceneDescription pachinko(const DestructionOptions& options) {
 
 // Theirs is held at its speed for .75 s; ours has it from the start and little friction in place of wheels that turn.
 SceneDescription driver(const DestructionOptions& options) {
-  Builder b("driver", 0.005, options);
+  SceneBuilder b("driver", 0.005, options.seed);
   b.dock();
   const Vec3 v(7.4, 0, -7.5);
   BodyDescription& car = b.example("car", paper_car(false), 4369, {-8, 0.01, 9}, {.alpha = 250, .beta = 102, .gamma = 1, .lambda = 0.7});
@@ -131,7 +95,7 @@ SceneDescription driver(const DestructionOptions& options) {
 }
 
 SceneDescription pileup(const DestructionOptions& options) {
-  Builder b("pileup", 0.004, options);
+  SceneBuilder b("pileup", 0.004, options.seed);
   b.ground();
   const SharedSet set = paper_car(true);
   int id = 0;
@@ -149,7 +113,7 @@ SceneDescription pileup(const DestructionOptions& options) {
 }
 
 SceneDescription cannonballs(const DestructionOptions& options) {
-  Builder b("cannonballs", 0.004, options);
+  SceneBuilder b("cannonballs", 0.004, options.seed);
   b.ground();
   const sim::example_based::ExampleParameters metal{.alpha = 100, .gamma = 3.33, .lambda = 0.8, .restitution = 0.25};
   b.example("car", paper_car(true), 4369, {0, 0.01, 0}, metal);
@@ -169,7 +133,7 @@ SceneDescription cannonballs(const DestructionOptions& options) {
 }
 
 SceneDescription pegs(const DestructionOptions& options) {
-  Builder b("pegs", 0.004, options);
+  SceneBuilder b("pegs", 0.004, options.seed);
   authoring::BarrelShape shape = authoring::plain_barrel();
   const SharedSet barrel = barrel_set(shape, 0.0755);
   for (int l = 0; l < 5; ++l)
@@ -203,7 +167,9 @@ Result<SceneDescription> destruction_scene(const std::string& name, const Destru
   if (name == "pileup") return pileup(options);
   if (name == "cannonballs") return cannonballs(options);
   if (name == "pegs") return pegs(options);
-  return invalid("scene", "is " + name + ", must be dock, pachinko, driver, pileup, cannonballs or pegs");
+  if (name == "space") return space(options.seed);
+  if (name == "shipyard") return shipyard(options.seed);
+  return invalid("scene", "is " + name + ", must be dock, pachinko, driver, pileup, cannonballs, pegs, space or shipyard");
 }
 
 }  // namespace crumple::lab

@@ -19,6 +19,8 @@ struct DestructionOptions {
 //   driver       figure 8: a car into a pyramid of 30 barrels and the dock, dt 5 ms
 //   pileup       figure 1: 8 cars over two ramps, dt 4 ms
 //   cannonballs  figure 7: a car under 8 balls, a second one from 200 m, dt 4 ms
+//   space        figure 10: 17 fighters with jointed wings into a ship of 124 m, dt 4.12 ms
+//   shipyard     figure 9: a ship through three cranes of jointed parts, dt 1/480 s
 //   pegs         the many-barrels scene of benchmark_scenes.h with barrels that dent
 // Errors: another name.
 Result<sim::SceneDescription> destruction_scene(const std::string& name, const DestructionOptions& options = {});
