@@ -2,7 +2,7 @@
 """Writes space.json and shipyard.json beside this file: scenes of many jointed parts, after Jones et al. 2016, figures 9 and 10.
 
 Standard library only. Numbers are those of `crumple-lab bench space` and `shipyard` (server/lab/spacecraft_scenes.cpp) where not said
-otherwise: here fewer fighters, and a yard with a ground."""
+otherwise: here fewer fighters, slower, and a heavier ship in the yard."""
 import json
 import math
 import pathlib
@@ -85,24 +85,24 @@ def space():
     for row, count in enumerate(rows):
         for k in range(count):
             name = f"fighter {sum(rows[:row]) + k + 1}"
-            angle = -math.pi / 2 + draw.uniform(-0.1, 0.1)
-            place = (-8 + 20 * (k - (count - 1) / 2) + draw.uniform(-1, 1), draw.uniform(-3, 3), -60 - 22 * row)
+            angle = math.pi / 2 + draw.uniform(-0.1, 0.1)
+            place = (-8 + 20 * (k - (count - 1) / 2) + draw.uniform(-1, 1), draw.uniform(-3, 3), 60 + 22 * row)
             colour = [(0.75, 0.2, 0.15), (0.8, 0.55, 0.15), (0.2, 0.4, 0.65)][row]
-            speed = (0, 0, 75)
+            speed = (0, 0, -60)
             bodies.append(body(name, place, angle, colour, asset([FUSELAGE], 0.73, 6, 3), 14e3, metal, speed))
             for side, word in ((-1, "left"), (1, "right")):
                 bodies.append(body(f"{name} {word} wing", place, angle, colour, asset([wing(side)], 0.73, 3, 1), 3e3, metal, speed))
                 for x in (-1.5, 1.5):
                     joints.append(joint(name, f"{name} {word} wing", add(place, turn_y(angle, (-1.6 + x, 0, 1.1 * side))), 1.5e6, 1.5e6))
     return {"name": "space", "description": "A fleet flies into a ship of 124 m and loses its wings, after Jones et al. 2016, figure 10.",
-            "dt": 0.004, "gravity": {}, "bodies": bodies, "joints": joints, "recording": {"every": 4}}
+            "dt": 0.002, "gravity": {}, "bodies": bodies, "joints": joints, "recording": {"every": 8}}
 
 
 def shipyard():
     bodies = [{"name": "ground", "colour": {"r": 0.42, "g": 0.43, "b": 0.45}, "rigid": {"kind": "FIXED", "shapes": [{"plane": {}}]}}]
     joints = []
-    ship = body("ship", (-40, 15, 0), 0, (0.75, 0.2, 0.15), asset([FUSELAGE], 0.5, 12, 4), 30e3,
-                {"alpha": 30, "beta": 5000, "gamma": 3, "lambda": 0.95}, (45, -1, 0))
+    ship = body("ship", (-40, 15, 0), 0, (0.75, 0.2, 0.15), asset([FUSELAGE], 0.5, 12, 4), 80e3,
+                {"alpha": 30, "beta": 5000, "gamma": 3, "lambda": 0.95}, (55, -1, 0))
     bodies.append(ship)
     for crane in range(3):
         angle, place = (1.2, -1.4, 1.7)[crane], (-12 + 16 * crane, 0, -1.5 + 1.5 * crane)
