@@ -132,6 +132,11 @@ struct TargetCheck {
                        "is " + std::to_string(c.nodes[i]) + ", must be a node of \"" + body->name + "\", below " +
                            std::to_string(fem->mesh->node_count()));
   }
+  void operator()(const SetExampleParameters& c) {
+    const BodyDescription* body = target(c.body);
+    breach.require(!body || std::holds_alternative<ExampleModel>(body->model), field + ".body",
+                   body ? "is \"" + body->name + "\", must be an example-based body" : "");
+  }
   void require_free(const BodyDescription* body) {
     breach.require(!body || moves(*body), field + ".body",
                    body ? "is \"" + body->name + "\", must be a body that is neither FIXED nor KINEMATIC" : "");
@@ -140,7 +145,7 @@ struct TargetCheck {
 
 void check_script(FirstBreach& breach, const SceneDescription& scene) {
   static constexpr const char* kNames[] = {".command.apply_impulse", ".command.apply_force",
-                                           ".command.apply_node_impulse"};
+                                           ".command.apply_node_impulse", ".command.set_example_parameters"};
   breach.count(scene.script.size(), 0, limits::kMaxScript, "script");
   for (std::size_t i = 0; breach.ok() && i < scene.script.size(); ++i) {
     const ScriptedCommand& scripted = scene.script[i];

@@ -119,6 +119,15 @@ void ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool) {
   shape_ms_ = work_.now() - deformed;
 }
 
+void ExampleBody::set_parameters(const SetExampleParameters& changed) {
+  eb::ExampleParameters& p = parameters_;
+  for (const auto& [value, own] : {std::pair(&changed.alpha, &p.alpha), std::pair(&changed.beta, &p.beta), std::pair(&changed.gamma, &p.gamma),
+                                   std::pair(&changed.lambda, &p.lambda), std::pair(&changed.mu, &p.mu), std::pair(&changed.nu, &p.nu),
+                                   std::pair(&changed.restitution, &p.restitution)}) {
+    *own = value->value_or(*own);
+  }
+}
+
 ExampleTimes ExampleBody::times() const { return {locate_ms_, work_.times, shape_ms_}; }
 
 DentOutcome ExampleBody::settle(RigidWorld& rigid) {
@@ -169,6 +178,8 @@ void ExampleBody::hash(StateHash& hash) const {
   hash.add(std::span<const Vec3>(state.x));
   hash.add(std::span<const Vec3>(shape_x_));
   hash.add(state.restitution);
+  for (double p : {parameters_.alpha, parameters_.beta, parameters_.gamma, parameters_.lambda, parameters_.mu, parameters_.nu, parameters_.restitution})
+    hash.add(p);
   hash.add(static_cast<std::uint64_t>(held_));
 }
 

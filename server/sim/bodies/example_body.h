@@ -58,6 +58,7 @@ class ExampleBody {
   bool meets_only_rigid = false;
 
   void follow(const Pose& X_WB);       // x from the pose
+  void set_parameters(const SetExampleParameters& changed);
   // An impulse of this step, from Bullet, from soft contact or from a command; both in body axes.
   void strike(const Vec3& point_B, const Vec3& impulse_B) { strikes_.push_back({point_B, impulse_B}); }
   // Sections 3.2 and 3.3: impulses into example weights, shape and restitution. Touches nothing but this body, so that
