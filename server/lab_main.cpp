@@ -6,6 +6,8 @@
 #include "server/lab/chart/chart_command.h"
 #include "server/lab/chart/timeline_command.h"
 #include "server/lab/destruction_scenes.h"
+#include "server/lab/example_replay.h"
+#include "server/lab/impulse_tuning.h"
 #include "server/lab/material_preview.h"
 #include "server/lab/material_replay.h"
 #include "server/lab/stability/stability_command.h"
@@ -236,6 +238,45 @@ int main(int argc, char** argv) {
     lab::Json result{{"max_relative_error", report->max_relative_error}, {"by_test", report->by_test}};
     if (report->j2_calculix) result["j2_calculix"] = *report->j2_calculix;
     exit_code = print(result);
+  });
+
+  std::string tuned_scene;
+  int tuned_steps = 0, tuned_threads = 1;
+  auto* u = app.add_subcommand("tune", "steps a scene, shows the impulses on its example-based bodies, and suggests alpha and beta");
+  u->add_option("scene", tuned_scene, "a scene file, or dock, pachinko, driver, pileup, cannonballs, pegs, space, shipyard")->required();
+  u->add_option("--steps", tuned_steps, "default: as bench")->check(CLI::Range(1, 10'000'000));
+  u->add_option("--threads", tuned_threads)->check(CLI::Range(1, 256))->capture_default_str();
+  u->callback([&] {
+    const auto known = kDestructionSteps.find(tuned_scene);
+    Result<sim::SceneDescription> scene = std::unexpected(Error{});
+    if (known != kDestructionSteps.end()) {
+      scene = lab::destruction_scene(tuned_scene);
+    } else if (auto loaded = io::load_scene(tuned_scene)) {
+      scene = std::move(loaded->scene);
+    } else {
+      scene = std::unexpected(loaded.error());
+    }
+    const int steps = tuned_steps > 0 ? tuned_steps : known != kDestructionSteps.end() ? known->second : 600;
+    auto result = scene ? lab::suggest_parameters(*scene, {.threads = tuned_threads, .steps = steps}) : std::unexpected(scene.error());
+    exit_code = result ? print(*result) : fail(result.error());
+  });
+
+  std::string replayed, replay_out;
+  auto* x = app.add_subcommand("example", "replays a case of example-based plasticity: every intermediate of Jones et al. 2016, eqs. 1-15");
+  x->add_option("case", replayed, "case.json")->required();
+  x->add_option("--out", replay_out, "file for the result; default: standard output");
+  x->callback([&] {
+    auto result = lab::replay_example(replayed);
+    if (!result) {
+      exit_code = fail(result.error());
+    } else if (replay_out.empty()) {
+      exit_code = print(*result);
+    } else {
+      std::ofstream file(replay_out);
+      file << result->dump() << "\n";
+      exit_code = file.flush() ? print({{"frames", (*result)["outputs"]["frames"].size()}})
+                               : fail({ErrorCode::invalid_argument, "--out", "cannot be written: " + replay_out});
+    }
   });
 
   TrajectoryCommand trajectory;

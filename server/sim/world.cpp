@@ -47,6 +47,7 @@ void World::set_clock(double (*now_ms)()) {
   impl_->now_ms = now_ms;
   for (ExampleBody& body : impl_->examples) body.set_clock(now_ms);
 }
+const std::vector<Strike>& World::strikes() const { return impl_->strikes; }
 const ExampleStageTimes& World::example_times() const { return impl_->example_times; }
 const std::vector<StageTime>& World::stage_times() const { return impl_->stage_times; }
 double World::time() const { return impl_->time(); }

@@ -16,6 +16,13 @@ namespace crumple::sim {
 struct WorldOptions {
   int threads = 1;          // bits do not depend on it
   bool invariants = false;  // keep World::invariants(); the state does not depend on it
+  bool strikes = false;     // keep World::strikes(); the same
+};
+
+// An impulse of rigid contact on an example-based body.
+struct Strike {
+  BodyId body = 0;
+  double impulse = 0;  // |j| [N s]
 };
 
 // Names and wall times are the lines of World::step; the clock belongs to the caller (`StageClock`).
@@ -128,6 +135,7 @@ class World {
 
   Energies energies() const;
   Invariants invariants() const;               // of the last step; zero work without WorldOptions::invariants
+  const std::vector<Strike>& strikes() const;  // of the last step; empty without WorldOptions::strikes
   FemView fem(BodyId body) const;              // body must be a finite-element body
   const example_based::WeightMatrix& example_weights(BodyId body) const;  // E, N x E; body must be example-based
 

@@ -18,7 +18,7 @@ namespace crumple::sim {
 
 struct World::Impl {
   explicit Impl(const WorldOptions& options, const RigidSettings& settings)
-      : keeps_invariants(options.invariants), pool(options.threads), rigid(settings) {}
+      : keeps_invariants(options.invariants), keeps_strikes(options.strikes), pool(options.threads), rigid(settings) {}
 
   // Where a body's data is.
   struct Place {
@@ -32,6 +32,7 @@ struct World::Impl {
 
   SceneDescription scene;
   bool keeps_invariants;
+  bool keeps_strikes;
   ThreadPool pool;
   std::vector<Place> places;  // by BodyId
   std::vector<SoftBody> soft;
@@ -68,6 +69,7 @@ struct World::Impl {
   std::uint64_t event_count = 0;
   std::vector<StageTime> stage_times;
   ExampleStageTimes example_times;
+  std::vector<Strike> strikes;
   void add_times(const ExampleTimes& body);
   double (*now_ms)() = nullptr;
 

@@ -8,6 +8,7 @@
 namespace crumple::sim {
 
 void World::Impl::step_rigid(StepReport& report) {
+  strikes.clear();
   if (solids.empty() && examples.empty()) return;
   const RigidTotals before = keeps_invariants ? rigid_totals() : RigidTotals{};
   const RigidStepReport outcome = rigid.step(scene.dt, scene.rigid_substeps);
@@ -26,6 +27,7 @@ void World::Impl::step_rigid(StepReport& report) {
   for (const ContactImpulse& contact : rigid.contact_impulses()) {
     const auto strike = [&](BodyId id, const Vec3& point_B, const Vec3& impulse_W) {
       if (places[id].model != BodyModel::example_based) return;
+      if (keeps_strikes) strikes.push_back({id, impulse_W.norm()});
       examples[places[id].index].strike(point_B, rigid.pose(id).R_WB.conjugate() * impulse_W);
     };
     strike(contact.a, contact.point_a_B, contact.impulse_W);

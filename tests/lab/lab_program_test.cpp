@@ -314,7 +314,7 @@ TEST(LabBenchDestruction, HasTheAuthorsSizesAndSaysWhereDeformationTakesItsTime)
 }
 
 TEST(LabBenchDestruction, EveryScene) {
-  for (const char* scene : {"pachinko", "driver", "pileup", "cannonballs", "pegs"}) {
+  for (const char* scene : {"pachinko", "driver", "pileup", "cannonballs", "pegs", "space", "shipyard"}) {
     const Ran ran = lab({"bench", scene, "--steps", "2"});
     ASSERT_EQ(ran.exit_code, 0) << scene;
     EXPECT_FALSE(ran.json()["examples"]["assets"].empty()) << scene;
