@@ -5,6 +5,9 @@
 #include "server/lab/benchmark_scenes.h"
 #include "server/lab/chart/chart_command.h"
 #include "server/lab/chart/timeline_command.h"
+#include "server/lab/destruction_scenes.h"
+#include "server/lab/example_replay.h"
+#include "server/lab/impulse_tuning.h"
 #include "server/lab/material_preview.h"
 #include "server/lab/material_replay.h"
 #include "server/lab/stability/stability_command.h"
@@ -94,6 +97,9 @@ struct TrajectoryCommand {
   }
 };
 
+// Scenes of Jones et al. 2016 and as many steps as show what happens in them.
+const std::map<std::string, int> kDestructionSteps{{"dock", 600}, {"pachinko", 1500}, {"driver", 400}, {"pileup", 1250}, {"cannonballs", 1750}, {"space", 971}, {"shipyard", 1920}, {"pegs", 1000}};
+
 struct BenchCommand {
   std::string scene, lattice = "femfx", cells = "25x4x4", size = "2x0.4x0.4", damping = "0.15,0.004", sleep;
   double young = 1e7;
@@ -103,6 +109,7 @@ struct BenchCommand {
   std::string solver, precision, integrator;
   double tolerance = 0, kappa = 0, recovery_steps = 0;
   std::string element;
+  std::string collision;
 
   // What the command line says in place of the scene.
   void override_scene(sim::SceneDescription& description) const {
@@ -119,6 +126,8 @@ struct BenchCommand {
       auto* fem = std::get_if<sim::FemModel>(&body.model);
       if (fem && tolerance > 0) fem->material.cg_tolerance = tolerance;
       if (fem && !element.empty()) fem->element = element_kind(element);
+      auto* example = std::get_if<sim::ExampleModel>(&body.model);
+      if (example && !collision.empty()) example->parameters.triangle_collision = collision == "triangles";
     }
   }
 
@@ -149,9 +158,12 @@ struct BenchCommand {
     } else if (scene == "barrels") {
       description = lab::barrels_scene(seed);
       options.steps = 1000;
+    } else if (const auto steps_of = kDestructionSteps.find(scene); steps_of != kDestructionSteps.end()) {
+      description = lab::destruction_scene(scene, {.seed = seed});
+      options.steps = steps_of->second;
     } else {
       if (!std::filesystem::exists(scene)) {
-        return fail({ErrorCode::invalid_argument, "scene", "is " + scene + ", must be beam, pile, panel, barrels or a scene file"});
+        return fail({ErrorCode::invalid_argument, "scene", "is " + scene + ", must be beam, pile, panel, barrels, dock, pachinko, driver, pileup, cannonballs, pegs, space, shipyard or a scene file"});
       }
       auto loaded = io::load_scene(scene);
       if (!loaded) return fail(loaded.error());
@@ -231,6 +243,45 @@ int main(int argc, char** argv) {
     exit_code = print(result);
   });
 
+  std::string tuned_scene;
+  int tuned_steps = 0, tuned_threads = 1;
+  auto* u = app.add_subcommand("tune", "steps a scene, shows the impulses on its example-based bodies, and suggests alpha and beta");
+  u->add_option("scene", tuned_scene, "a scene file, or dock, pachinko, driver, pileup, cannonballs, pegs, space, shipyard")->required();
+  u->add_option("--steps", tuned_steps, "default: as bench")->check(CLI::Range(1, 10'000'000));
+  u->add_option("--threads", tuned_threads)->check(CLI::Range(1, 256))->capture_default_str();
+  u->callback([&] {
+    const auto known = kDestructionSteps.find(tuned_scene);
+    Result<sim::SceneDescription> scene = std::unexpected(Error{});
+    if (known != kDestructionSteps.end()) {
+      scene = lab::destruction_scene(tuned_scene);
+    } else if (auto loaded = io::load_scene(tuned_scene)) {
+      scene = std::move(loaded->scene);
+    } else {
+      scene = std::unexpected(loaded.error());
+    }
+    const int steps = tuned_steps > 0 ? tuned_steps : known != kDestructionSteps.end() ? known->second : 600;
+    auto result = scene ? lab::suggest_parameters(*scene, {.threads = tuned_threads, .steps = steps}) : std::unexpected(scene.error());
+    exit_code = result ? print(*result) : fail(result.error());
+  });
+
+  std::string replayed, replay_out;
+  auto* x = app.add_subcommand("example", "replays a case of example-based plasticity: every intermediate of Jones et al. 2016, eqs. 1-15");
+  x->add_option("case", replayed, "case.json")->required();
+  x->add_option("--out", replay_out, "file for the result; default: standard output");
+  x->callback([&] {
+    auto result = lab::replay_example(replayed);
+    if (!result) {
+      exit_code = fail(result.error());
+    } else if (replay_out.empty()) {
+      exit_code = print(*result);
+    } else {
+      std::ofstream file(replay_out);
+      file << result->dump() << "\n";
+      exit_code = file.flush() ? print({{"frames", (*result)["outputs"]["frames"].size()}})
+                               : fail({ErrorCode::invalid_argument, "--out", "cannot be written: " + replay_out});
+    }
+  });
+
   TrajectoryCommand trajectory;
   lab::PreviewFiles preview;
   std::string preview_out = "preview";
@@ -269,9 +320,9 @@ int main(int argc, char** argv) {
   BenchCommand bench;
   bool json = false;
   auto* b = app.add_subcommand("bench", "steps a benchmark scene and reports time, accuracy and state hash");
-  b->add_option("scene", bench.scene, "beam, pile, panel, barrels, or a scene file")->required();
+  b->add_option("scene", bench.scene, "beam, pile, panel, barrels; of example-based bodies dock, pachinko, driver, pileup, cannonballs, pegs, space, shipyard; or a scene file")->required();
   b->add_option("--threads", bench.threads)->check(CLI::Range(1, 256))->capture_default_str();
-  b->add_option("--steps", bench.steps, "default: beam 600, pile 300, panel 180, barrels 1000, a scene file 600")->check(CLI::Range(1, 10'000'000));
+  b->add_option("--steps", bench.steps, "default: beam 600, pile 300, panel 180, barrels 1000, a scene file 600, others as long as things happen")->check(CLI::Range(1, 10'000'000));
   b->add_option("--lattice", bench.lattice, "beam")->check(CLI::IsMember({"femfx", "kuhn", "bcc"}))->capture_default_str();
   b->add_option("--cells", bench.cells, "beam")->capture_default_str();
   b->add_option("--size", bench.size, "beam [m]")->capture_default_str();
@@ -279,7 +330,8 @@ int main(int argc, char** argv) {
   b->add_option("--damping", bench.damping, "beam: a,b of C = a M + b K")->capture_default_str();
   b->add_option("--sleep", bench.sleep, "on: as scenes by default; off; else as the scene says: beam, pile, panel and barrels never sleep")
       ->check(CLI::IsMember({"on", "off"}));
-  b->add_option("--seed", bench.seed, "barrels")->capture_default_str();
+  b->add_option("--collision", bench.collision, "of example-based bodies, instead of the scene's (benchmark scenes: parts)")->check(CLI::IsMember({"triangles", "parts"}));
+  b->add_option("--seed", bench.seed, "barrels, pachinko, pegs, space")->capture_default_str();
   b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "rigid-modes", "multigrid", "direct"}));
   b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));
   b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));

@@ -5,7 +5,7 @@ namespace {
 
 WorldEvent from_core(const sim::Event& event) {
   static_assert(static_cast<int>(sim::EventKind::fracture) + 1 == static_cast<int>(EventKind::fracture));
-  static_assert(static_cast<int>(sim::EventKind::dust) + 1 == static_cast<int>(EventKind::dust));
+  static_assert(static_cast<int>(sim::EventKind::parted) + 1 == static_cast<int>(EventKind::parted));
   const auto kind = static_cast<EventKind>(static_cast<int>(event.kind) + 1);
   return {event.sequence, event.step,  event.time,      kind,        event.body,   event.point,
           event.magnitude, event.count, event.fragments, event.epoch, event.message, event.particles};

@@ -12,6 +12,7 @@ std::string to_string(EventKind kind) {
     case EventKind::frozen: return "frozen";
     case EventKind::guard: return "guard";
     case EventKind::dust: return "dust";
+    case EventKind::parted: return "parted";
   }
   return "unknown";
 }

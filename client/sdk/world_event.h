@@ -18,6 +18,7 @@ enum class EventKind : std::uint8_t {
   frozen,        // a body's state became non-finite, or its energy grew for ever; it is held where it last was
   guard,         // a body is stepped more carefully, or normally again: `magnitude` is what was found
   dust,          // `count` grains leave the new surfaces of a finite-element body: `particles`
+  parted,        // a joint of a body gave way at `point` to a force of `magnitude` [N]
 };
 
 // What happened in a world. Ordered, numbered without gaps.

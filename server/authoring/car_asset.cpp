@@ -59,6 +59,11 @@ PoseField roof_flattened(const CarShape& s) {
                .swell = 0.10});
 }
 
+// Pressed to the ground: height to two fifths, and broader by a tenth.
+PoseField flattened() {
+  return [](const Vec3& X) -> Vec3 { return {0.05 * X.x(), -0.6 * X.y(), 0.1 * X.z()}; };
+}
+
 bool in_wheel(const CarSurface& car, int wheel, const Vec3& X, double slack) {
   const Vec3 reach(car.wheel_radius, car.wheel_radius, car.wheel_width / 2);
   return ((X - car.wheel_centres[wheel]).cwiseAbs().array() <= (reach.array() + slack)).all();
@@ -122,6 +127,7 @@ Result<sim::example_based::ExampleSet> make_car_asset(const CarAsset& car) {
   add("dented_left", dented_side(car.shape, -1));
   add("dented_right", dented_side(car.shape, 1));
   add("roof_flattened", roof_flattened(car.shape));
+  if (car.flattened) add_example(*rig, "flattened", flattened());  // wheels too: they go flat, or would reach below the ground
   add_convex_parts(*rig, surface, car.shape);
   if (auto valid = sim::example_based::validate(rig->set, "car"); !valid) return std::unexpected(valid.error());
   return std::move(rig->set);

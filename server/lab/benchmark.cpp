@@ -89,6 +89,35 @@ void append(const sim::Invariants& now, Json& lists) {
   lists["prescribed_work"].push_back(now.prescribed_work);
 }
 
+// The sizes of the distinct assets, and how many bodies share each.
+Json assets_of(const sim::SceneDescription& scene) {
+  std::map<const sim::example_based::ExampleSet*, std::size_t> place;
+  Json list = Json::array();
+  for (const sim::BodyDescription& body : scene.bodies) {
+    const auto* model = std::get_if<sim::ExampleModel>(&body.model);
+    if (!model) continue;
+    const auto [at, is_new] = place.emplace(model->set.get(), list.size());
+    const sim::example_based::ExampleSet& set = *model->set;
+    if (is_new) {
+      list.push_back({{"first", body.name}, {"bodies", 0}, {"vertices", set.vertex_count()}, {"tets", set.mesh.tet_count()},
+                      {"surface_triangles", sim::surface_faces(set.mesh.tets).size()}, {"bones", set.bone_count()},
+                      {"examples", set.example_count()}, {"convex_parts", set.convex_parts.size()}});
+    }
+    list[at->second]["bodies"] = list[at->second]["bodies"].get<int>() + 1;
+  }
+  return list;
+}
+
+// Adds a step's times to the sums.
+void append(const sim::ExampleStageTimes& t, std::map<std::string, std::vector<double>>& lists) {
+  lists["locate"].push_back(t.locate);
+  lists["projection"].push_back(t.projection);
+  lists["propagation"].push_back(t.propagation);
+  lists["weights"].push_back(t.weights);
+  lists["skinning"].push_back(t.skinning);
+  lists["shape"].push_back(t.shape);
+}
+
 }  // namespace
 
 Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOptions& options,
@@ -103,6 +132,8 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     if (std::holds_alternative<sim::FemModel>(scene.bodies[b].model)) soft.push_back(b);
   }
   std::vector<double> step_ms;
+  std::map<std::string, std::vector<double>> rigid_ms, example_ms;  // by part
+  int plastic = 0, broken_joints = 0, most_broken = 0;
   std::vector<std::string> stage_order;
   std::map<std::string, double> stage_ms;
   double iterations = 0, residual = 0, penetration = 0;
@@ -116,7 +147,13 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     for (const sim::StageTime& stage : world.stage_times()) {
       if (!stage_ms.contains(stage.name)) stage_order.push_back(stage.name);
       stage_ms[stage.name] += stage.ms / options.steps;
+      if (stage.name == std::string_view("rigid") || stage.name == std::string_view("examples"))
+        rigid_ms[stage.name].push_back(stage.ms);
     }
+    append(world.example_times(), example_ms);
+    plastic += report.plastic_impulses;
+    broken_joints += report.broken_joints;
+    most_broken = std::max(most_broken, report.broken_joints);
     iterations += report.solver_iterations;
     residual = std::max(residual, report.worst_residual);
     capped += report.capped_solves > 0;
@@ -148,6 +185,17 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     result["fragments"] = fragments;
     result["splits"] = splits;
     result["contacts_most"] = contacts;
+  }
+  if (Json assets = assets_of(scene); !assets.empty()) {
+    Json& examples = result["examples"];
+    examples["assets"] = std::move(assets);
+    examples["rigid_ms"] = quantiles(rigid_ms["rigid"]);
+    examples["deform_ms"] = quantiles(rigid_ms["examples"]);
+    for (const auto& [part, ms] : example_ms) examples["parts_ms"][part] = quantiles(ms)["mean"];
+    examples["plastic_impulses"] = plastic;
+  }
+  if (!scene.joints.empty()) {
+    result["joints"] = {{"count", scene.joints.size()}, {"broken", broken_joints}, {"most_in_a_step", most_broken}};
   }
   if (scene.bodies.size() > 1) result["penetration_mm_worst"] = 1000 * penetration;
   if (options.depth && options.steps > 0) result["vertex_depth_mm"] = depth_of(depth_mm);

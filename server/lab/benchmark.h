@@ -19,7 +19,9 @@ struct BenchmarkOptions {
 //   {"ms_per_step": {"mean", "median", "p99", "worst", "end"}, "stages": {name: mean ms},
 //    "solver": {"iterations_mean", "residual_worst", "capped_steps"}, "tip": [x, y, z], "penetration_mm_worst",
 //    "inverted", "fragments", "splits", "contacts_most", "sleep": {"live_bodies", "asleep_bodies", "live_tets",
-//    "asleep_tets", "live_nodes", "asleep_nodes", "asleep_fragments", "all_asleep_at"}, "state_hash", "peak_rss_mb"}
+//    "asleep_tets", "live_nodes", "asleep_nodes", "asleep_fragments", "all_asleep_at"}, "state_hash", "peak_rss_mb",
+//    "examples": {"assets": a list of sizes, "rigid_ms", "deform_ms": as ms_per_step of these two stages,
+//    "parts_ms": {part of the deformation: mean, summed over bodies that run side by side}, "plastic_impulses"}}
 // With `invariants` also {"invariants": {name: a list with an entry a step}}: "momentum", "angular_momentum" ([x, y, z]),
 // "kinetic", "elastic", "gravitational" [J] after the step, "contact_work", "command_work", "prescribed_work" [J] in it
 // (sim::Invariants). They are taken outside the time of the steps, but for a few per cent in "solve" and "rigid".

@@ -3,6 +3,7 @@
 #include "common/text.h"
 #include "server/authoring/shapes/barrel.h"
 #include "server/authoring/shapes/node_sets.h"
+#include "server/lab/scene_bodies.h"
 
 #include <cmath>
 #include <random>
@@ -15,26 +16,6 @@ using sim::BodyDescription;
 using sim::SceneDescription;
 
 constexpr int kIterations = 3000;  // enough for every scene to converge: a capped solve would be a faster wrong answer
-
-constexpr sim::SleepSettings kNeverSleeps{.speed = 0};  // as those it is compared with
-
-BodyDescription plane(const std::string& name, const Vec3& normal, double offset, double friction) {
-  BodyDescription body{.name = name};
-  sim::RigidModel model{.kind = sim::RigidKind::fixed};
-  model.shapes.push_back({Pose{}, sim::Plane{normal, offset}});
-  model.friction = friction;
-  body.model = model;
-  return body;
-}
-
-BodyDescription solid(const std::string& name, const sim::Shape& shape, sim::RigidKind kind, const Vec3& position) {
-  BodyDescription body{.name = name};
-  body.pose.p_WB = position;
-  sim::RigidModel model{.kind = kind};
-  model.shapes.push_back({Pose{}, shape});
-  body.model = model;
-  return body;
-}
 
 }  // namespace
 
@@ -70,11 +51,11 @@ SceneDescription pile_scene() {
     body.model = cube;
     scene.bodies.push_back(body);
   }
-  scene.bodies.push_back(plane("ground", Vec3::UnitY(), 0, 0.4));
-  scene.bodies.push_back(plane("left", Vec3::UnitX(), -4.5, 0.4));
-  scene.bodies.push_back(plane("right", -Vec3::UnitX(), -4.5, 0.4));
-  scene.bodies.push_back(plane("back", Vec3::UnitZ(), -4.5, 0.4));
-  scene.bodies.push_back(plane("front", -Vec3::UnitZ(), -4.5, 0.4));
+  scene.bodies.push_back(plane_body("ground", Vec3::UnitY(), 0, 0.4));
+  scene.bodies.push_back(plane_body("left", Vec3::UnitX(), -4.5, 0.4));
+  scene.bodies.push_back(plane_body("right", -Vec3::UnitX(), -4.5, 0.4));
+  scene.bodies.push_back(plane_body("back", Vec3::UnitZ(), -4.5, 0.4));
+  scene.bodies.push_back(plane_body("front", -Vec3::UnitZ(), -4.5, 0.4));
   return scene;
 }
 
@@ -98,11 +79,11 @@ SceneDescription panel_scene() {
   panel.model = fem;
   scene.bodies.push_back(panel);
 
-  BodyDescription box = solid("box", sim::Box{Vec3::Constant(0.1)}, sim::RigidKind::dynamic, {0.03, 1.02, 2.0});
+  BodyDescription box = solid_body("box", sim::Box{Vec3::Constant(0.1)}, sim::RigidKind::dynamic, {0.03, 1.02, 2.0});
   std::get<sim::RigidModel>(box.model).mass = 20;
   box.velocity = {0, 0, -40};
   scene.bodies.push_back(box);
-  scene.bodies.push_back(plane("ground", Vec3::UnitY(), 0, 0.4));
+  scene.bodies.push_back(plane_body("ground", Vec3::UnitY(), 0, 0.4));
   return scene;
 }
 
@@ -125,16 +106,16 @@ SceneDescription barrels_scene(std::uint64_t seed) {
   }
   for (int r = 0; r < 5; ++r) {
     for (int c = -4; c <= 4; ++c) {
-      BodyDescription peg = solid(text("peg ", r, " ", c), sim::Cylinder{0.12, 2}, sim::RigidKind::fixed,
+      BodyDescription peg = solid_body(text("peg ", r, " ", c), sim::Cylinder{0.12, 2}, sim::RigidKind::fixed,
                                   {1.2 * c + 0.6 * (r % 2), 1.5 + 1.2 * r, 0});
       peg.pose.R_WB = Quat::FromTwoVectors(Vec3::UnitY(), Vec3::UnitZ());
       scene.bodies.push_back(peg);
     }
   }
-  scene.bodies.push_back(plane("floor", Vec3::UnitY(), 0, 0.5));
+  scene.bodies.push_back(plane_body("floor", Vec3::UnitY(), 0, 0.5));
   for (double side : {-1.0, 1.0}) {
-    scene.bodies.push_back(solid(text("wall z ", side), sim::Box{{6, 20, 0.2}}, sim::RigidKind::fixed, {0, 20, 2.2 * side}));
-    scene.bodies.push_back(solid(text("wall x ", side), sim::Box{{0.2, 20, 2.4}}, sim::RigidKind::fixed, {6 * side, 20, 0}));
+    scene.bodies.push_back(solid_body(text("wall z ", side), sim::Box{{6, 20, 0.2}}, sim::RigidKind::fixed, {0, 20, 2.2 * side}));
+    scene.bodies.push_back(solid_body(text("wall x ", side), sim::Box{{0.2, 20, 2.4}}, sim::RigidKind::fixed, {6 * side, 20, 0}));
   }
   return scene;
 }

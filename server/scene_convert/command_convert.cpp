@@ -26,10 +26,12 @@ Result<sim::Command> to_command(const v1::Command& message, const FindBody& find
       return to_command(message.apply_force(), find, field + ".apply_force");
     case v1::Command::kApplyNodeImpulse:
       return to_command(message.apply_node_impulse(), find, field + ".apply_node_impulse");
+    case v1::Command::kSetExampleParameters:
+      return to_command(message.set_example_parameters(), find, field + ".set_example_parameters");
     case v1::Command::COMMAND_NOT_SET:
       break;
   }
-  return invalid(field, "is empty, must be one of apply_impulse, apply_force, apply_node_impulse");
+  return invalid(field, "is empty, must be one of apply_impulse, apply_force, apply_node_impulse, set_example_parameters");
 }
 
 Result<sim::Command> to_command(const v1::ApplyImpulse& message, const FindBody& find, const std::string& field) {
@@ -55,6 +57,20 @@ Result<sim::Command> to_command(const v1::ApplyNodeImpulse& message, const FindB
   return checked(
       sim::ApplyNodeImpulse{*body, {message.nodes().begin(), message.nodes().end()}, to_vec3(message.impulse())},
       field);
+}
+
+Result<sim::Command> to_command(const v1::SetExampleParameters& message, const FindBody& find, const std::string& field) {
+  const Result<BodyId> body = to_body(message.body(), find, field);
+  if (!body) return std::unexpected(body.error());
+  sim::SetExampleParameters command{*body};
+  if (message.has_alpha()) command.alpha = message.alpha();
+  if (message.has_beta()) command.beta = message.beta();
+  if (message.has_gamma()) command.gamma = message.gamma();
+  if (message.has_lambda()) command.lambda = message.lambda();
+  if (message.has_mu()) command.mu = message.mu();
+  if (message.has_nu()) command.nu = message.nu();
+  if (message.has_restitution()) command.restitution = message.restitution();
+  return checked(command, field);
 }
 
 Result<sim::ScriptedCommand> to_scripted(const v1::ScriptedCommand& message, const FindBody& find,

@@ -20,6 +20,7 @@ Result<sim::Command> to_command(const v1::Command& message, const FindBody& find
 Result<sim::Command> to_command(const v1::ApplyImpulse& message, const FindBody& find, const std::string& field);
 Result<sim::Command> to_command(const v1::ApplyForce& message, const FindBody& find, const std::string& field);
 Result<sim::Command> to_command(const v1::ApplyNodeImpulse& message, const FindBody& find, const std::string& field);
+Result<sim::Command> to_command(const v1::SetExampleParameters& message, const FindBody& find, const std::string& field);
 
 // The same with a time [s] in [0, 1e9].
 Result<sim::ScriptedCommand> to_scripted(const v1::ScriptedCommand& message, const FindBody& find,

@@ -27,6 +27,7 @@ ExampleSet make_car(const v1::CarAsset& m, const std::string& field, Conversion&
   authoring::CarAsset asset;
   asset.shape = to_car(m.shape(), field + ".shape", c);
   asset.cell_size = number_or(m.has_cell_size(), m.cell_size(), asset.cell_size, kCellSize, field + ".cell_size", c);
+  asset.flattened = m.flattened();
   return c.breach.ok() ? c.value(authoring::make_car_asset(asset), field) : ExampleSet();
 }
 

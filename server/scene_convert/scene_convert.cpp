@@ -129,14 +129,31 @@ void add_bodies(const v1::Scene& message, sim::SceneDescription& scene, Conversi
   }
 }
 
-void add_script(const v1::Scene& message, sim::SceneDescription& scene, Conversion& c) {
-  c.breach.count(static_cast<std::size_t>(message.script_size()), 0, sim::limits::kMaxScript, "script");
+FindBody finder(const sim::SceneDescription& scene) {
   std::unordered_map<std::string, BodyId> ids;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) ids.emplace(scene.bodies[i].name, static_cast<BodyId>(i));
-  const FindBody find = [&](const std::string& name) -> std::optional<BodyId> {
+  return [ids = std::move(ids)](const std::string& name) -> std::optional<BodyId> {
     const auto it = ids.find(name);
     return it == ids.end() ? std::nullopt : std::optional(it->second);
   };
+}
+
+void add_joints(const v1::Scene& message, sim::SceneDescription& scene, Conversion& c) {
+  c.breach.count(static_cast<std::size_t>(message.joints_size()), 0, sim::limits::kMaxJoints, "joints");
+  if (message.has_max_breaks_per_step()) scene.max_breaks_per_step = message.max_breaks_per_step();
+  const FindBody find = finder(scene);
+  for (int i = 0; c.breach.ok() && i < message.joints_size(); ++i) {
+    const v1::Joint& m = message.joints(i);
+    const std::optional<BodyId> a = find(m.a()), b = find(m.b());
+    for (const auto& [found, name, end] : {std::tuple(a, m.a(), ".a"), std::tuple(b, m.b(), ".b")})
+      c.breach.require(found.has_value(), entry("joints", i) + end, "is \"" + name + "\", must name a body of the scene");
+    if (c.breach.ok()) scene.joints.push_back({*a, *b, to_vec3(m.position()), m.strength(), m.bending()});
+  }
+}
+
+void add_script(const v1::Scene& message, sim::SceneDescription& scene, Conversion& c) {
+  c.breach.count(static_cast<std::size_t>(message.script_size()), 0, sim::limits::kMaxScript, "script");
+  const FindBody find = finder(scene);
   for (int i = 0; c.breach.ok() && i < message.script_size(); ++i)
     scene.script.push_back(c.value(to_scripted(message.script(i), find, entry("script", i)), ""));
 }
@@ -150,6 +167,7 @@ Result<sim::SceneDescription> to_scene(const v1::Scene& message, const MeshSourc
                    "has " + std::to_string(message.description().size()) + " bytes, must have at most 65536");
   set_world(message, scene, c);
   add_bodies(message, scene, c);
+  add_joints(message, scene, c);
   if (c.breach.ok()) c.breach.take(sim::validate(scene));  // before the script, whose bodies these are
   add_script(message, scene, c);
   c.value(to_recording(message.recording()), "");

@@ -34,6 +34,14 @@ sim::SurfaceMesh make_car(const v1::CarShape& message, const std::string& field,
   return c.breach.ok() ? authoring::car_surface(shape).whole() : sim::SurfaceMesh();
 }
 
+sim::SurfaceMesh make_loft(const v1::LoftSurface& message, const std::string& field, Conversion& c) {
+  const std::vector<authoring::Loft> lofts = to_lofts(message, field, c);
+  sim::SurfaceMesh surface;
+  if (!c.breach.ok()) return surface;
+  for (const authoring::Loft& loft : lofts) authoring::append(surface, authoring::loft_surface(loft));
+  return surface;
+}
+
 sim::SurfaceMesh make_surface(const v1::SurfaceSource& message, const std::string& field, Conversion& c) {
   using Source = v1::SurfaceSource;
   switch (message.source_case()) {
@@ -49,10 +57,12 @@ sim::SurfaceMesh make_surface(const v1::SurfaceSource& message, const std::strin
       return make_barrel(message.barrel(), field + ".barrel", c);
     case Source::kCar:
       return make_car(message.car(), field + ".car", c);
+    case Source::kLoft:
+      return make_loft(message.loft(), field + ".loft", c);
     case Source::SOURCE_NOT_SET:
       break;
   }
-  c.breach.require(false, field, "has no source, must be one of file, inline_mesh, box, sphere, barrel, car");
+  c.breach.require(false, field, "has no source, must be one of file, inline_mesh, box, sphere, barrel, car, loft");
   return {};
 }
 

@@ -23,6 +23,19 @@ void check(FirstBreach& breach, const ApplyNodeImpulse& c, const std::string& at
   breach.require(!c.nodes.empty(), at + "nodes", "is empty, must name one node at least");
 }
 
+void check(FirstBreach& breach, const SetExampleParameters& c, const std::string& at) {
+  const auto number = [&](const std::optional<double>& value, const Range& range, const char* name) {
+    if (value) breach.number(*value, range, at + name);
+  };
+  number(c.alpha, limits::kAlpha, "alpha");
+  number(c.beta, limits::kBeta, "beta");
+  number(c.gamma, limits::kGamma, "gamma");
+  number(c.lambda, limits::kLambda, "lambda");
+  number(c.mu, limits::kRestitutionRate, "mu");
+  number(c.nu, limits::kRestitutionRate, "nu");
+  number(c.restitution, limits::kUnit, "restitution");
+}
+
 }  // namespace
 
 Result<void> validate(const Command& command, const std::string& field) {

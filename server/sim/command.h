@@ -3,6 +3,7 @@
 #include "common/error.h"
 #include "common/types.h"
 
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -39,7 +40,14 @@ struct ApplyNodeImpulse {
   Vec3 impulse = Vec3::Zero();  // in W [N s], |.| <= kMaxImpulse
 };
 
-using Command = std::variant<ApplyImpulse, ApplyForce, ApplyNodeImpulse>;
+// Example-based bodies: parameters of Jones et al. 2016, section 4, from this step on; what is empty stays. Limits as of
+// ExampleParameters.
+struct SetExampleParameters {
+  BodyId body = 0;
+  std::optional<double> alpha, beta, gamma, lambda, mu, nu, restitution;
+};
+
+using Command = std::variant<ApplyImpulse, ApplyForce, ApplyNodeImpulse, SetExampleParameters>;
 
 // Every number finite and within its limit, node lists not empty. Whether body and nodes exist is for the caller.
 // `field` prefixes the error's path.

@@ -28,6 +28,9 @@ inline constexpr Range kTimeStep{1e-6, 0.2};     // [s]
 inline constexpr Range kReferenceStep{1e-6, 1};  // creep_dt, rate_dt [s]
 inline constexpr Range kSubsteps{1, 100};
 inline constexpr int kMaxBodies = 10'000;
+inline constexpr int kMaxJoints = 10'000;
+inline constexpr Range kBearing{0, kInfinity, false, true};  // strength [N], bending [N m]
+inline constexpr Range kBreaks{1, 1e6};
 inline constexpr int kMaxScript = 100'000;
 inline constexpr int kMaxNameBytes = 256;
 // contact

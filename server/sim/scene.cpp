@@ -80,6 +80,33 @@ void check_bodies(FirstBreach& breach, const SceneDescription& scene) {
   }
 }
 
+bool moves(const BodyDescription& body) {
+  const auto* rigid = std::get_if<RigidModel>(&body.model);
+  return !rigid || rigid->kind == RigidKind::dynamic;
+}
+
+void check_joints(FirstBreach& breach, const SceneDescription& scene) {
+  breach.number(scene.max_breaks_per_step, limits::kBreaks, "max_breaks_per_step");
+  breach.count(scene.joints.size(), 0, limits::kMaxJoints, "joints");
+  for (std::size_t i = 0; breach.ok() && i < scene.joints.size(); ++i) {
+    const JointDescription& joint = scene.joints[i];
+    const std::string field = entry("joints", i);
+    for (const auto& [id, end] : {std::pair(joint.a, ".a"), std::pair(joint.b, ".b")}) {
+      breach.require(id < scene.bodies.size(), field + end,
+                     "is body " + std::to_string(id) + ", must be one of the scene's " + std::to_string(scene.bodies.size()));
+      if (!breach.ok()) return;
+      breach.require(!std::holds_alternative<FemModel>(scene.bodies[id].model), field + end,
+                     "is \"" + scene.bodies[id].name + "\", must not be a finite-element body");
+    }
+    breach.require(joint.a != joint.b, field + ".b", "is \"" + scene.bodies[joint.b].name + "\", must be another body than a");
+    breach.require(moves(scene.bodies[joint.a]) || moves(scene.bodies[joint.b]), field,
+                   "joins two bodies that are FIXED or KINEMATIC, must join one that is not");
+    breach.vector(joint.point, kMaxPosition, field + ".position");
+    breach.number(joint.strength, limits::kBearing, field + ".strength");
+    breach.number(joint.bending, limits::kBearing, field + ".bending");
+  }
+}
+
 // The command's target: it exists, forces move it, and its nodes exist.
 struct TargetCheck {
   FirstBreach& breach;
@@ -105,16 +132,20 @@ struct TargetCheck {
                        "is " + std::to_string(c.nodes[i]) + ", must be a node of \"" + body->name + "\", below " +
                            std::to_string(fem->mesh->node_count()));
   }
+  void operator()(const SetExampleParameters& c) {
+    const BodyDescription* body = target(c.body);
+    breach.require(!body || std::holds_alternative<ExampleModel>(body->model), field + ".body",
+                   body ? "is \"" + body->name + "\", must be an example-based body" : "");
+  }
   void require_free(const BodyDescription* body) {
-    const auto* rigid = body ? std::get_if<RigidModel>(&body->model) : nullptr;
-    breach.require(!rigid || rigid->kind == RigidKind::dynamic, field + ".body",
+    breach.require(!body || moves(*body), field + ".body",
                    body ? "is \"" + body->name + "\", must be a body that is neither FIXED nor KINEMATIC" : "");
   }
 };
 
 void check_script(FirstBreach& breach, const SceneDescription& scene) {
   static constexpr const char* kNames[] = {".command.apply_impulse", ".command.apply_force",
-                                           ".command.apply_node_impulse"};
+                                           ".command.apply_node_impulse", ".command.set_example_parameters"};
   breach.count(scene.script.size(), 0, limits::kMaxScript, "script");
   for (std::size_t i = 0; breach.ok() && i < scene.script.size(); ++i) {
     const ScriptedCommand& scripted = scene.script[i];
@@ -136,6 +167,7 @@ Result<void> validate(const SceneDescription& scene) {
   FirstBreach breach;
   check_world(breach, scene);
   check_bodies(breach, scene);
+  if (breach.ok()) check_joints(breach, scene);
   check_script(breach, scene);
   return breach.result();
 }

@@ -96,6 +96,14 @@ struct BodyDescription {
   float opacity = 1.0f;                      // [0, 1]
 };
 
+// Two bodies that are one until the joint gives way [Jones et al. 2016, section 5]. They do not collide until then.
+struct JointDescription {
+  BodyId a = 0, b = 0;           // rigid or example-based, not both fixed or kinematic
+  Vec3 point = Vec3::Zero();     // in W at t = 0 [m]
+  double strength = 0;           // force that it bears [N], [0, inf); 0: any
+  double bending = 0;            // moment about the point that it bears [N m], [0, inf); 0: any
+};
+
 // What bounds the friction of a contact.
 enum class FrictionLaw {
   coulomb,           // mu times the contact's own normal force; sticks below that
@@ -143,6 +151,8 @@ struct SceneDescription {
   SleepSettings sleep;
   std::uint64_t seed = 1;     // of everything random: fracture order
   std::vector<BodyDescription> bodies;  // at most 10,000; kMaxTets tets in all
+  std::vector<JointDescription> joints; // at most 10,000
+  int max_breaks_per_step = 32;         // of joints, the most overloaded first, [1, 1e6]
   std::vector<ScriptedCommand> script;  // ascending in time; at most 100,000
 };
 

@@ -43,7 +43,12 @@ StepReport World::step() {
   return report;
 }
 
-void World::set_clock(double (*now_ms)()) { impl_->now_ms = now_ms; }
+void World::set_clock(double (*now_ms)()) {
+  impl_->now_ms = now_ms;
+  for (ExampleBody& body : impl_->examples) body.set_clock(now_ms);
+}
+const std::vector<Strike>& World::strikes() const { return impl_->strikes; }
+const ExampleStageTimes& World::example_times() const { return impl_->example_times; }
 const std::vector<StageTime>& World::stage_times() const { return impl_->stage_times; }
 double World::time() const { return impl_->time(); }
 std::uint64_t World::step_count() const { return impl_->step; }
@@ -126,7 +131,7 @@ FemView World::fem(BodyId body) const {
   return view;
 }
 
-const Eigen::MatrixXd& World::example_weights(BodyId body) const {
+const example_based::WeightMatrix& World::example_weights(BodyId body) const {
   assert(impl_->places[body].model == BodyModel::example_based);
   return impl_->examples[impl_->places[body].index].state.E;
 }

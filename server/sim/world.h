@@ -3,6 +3,7 @@
 #include "common/error.h"
 #include "common/frame.h"
 #include "server/sim/event.h"
+#include "server/sim/example_based/example_rest.h"
 #include "server/sim/scene.h"
 
 #include <cstdint>
@@ -15,12 +16,29 @@ namespace crumple::sim {
 struct WorldOptions {
   int threads = 1;          // bits do not depend on it
   bool invariants = false;  // keep World::invariants(); the state does not depend on it
+  bool strikes = false;     // keep World::strikes(); the same
+};
+
+// An impulse of rigid contact on an example-based body.
+struct Strike {
+  BodyId body = 0;
+  double impulse = 0;  // |j| [N s]
 };
 
 // Names and wall times are the lines of World::step; the clock belongs to the caller (`StageClock`).
 struct StageTime {
   const char* name;
   double ms;
+};
+
+// Inside the stage "examples": processor time, summed over the bodies, which run side by side [ms] (Jones et al. 2016).
+struct ExampleStageTimes {
+  double locate = 0;       // vertices for the points that were struck
+  double projection = 0;   // eqs. 4, 5, 8
+  double propagation = 0;  // eq. 11
+  double weights = 0;      // eqs. 13, 15
+  double skinning = 0;     // eq. 3
+  double shape = 0;        // mass properties, hulls, proxy, and handing them to the rigid room
 };
 
 // What a world is busy with, and what it is spared [Parker & O'Brien 2009, figure 8]: bodies that can move, and tets and
@@ -42,6 +60,7 @@ struct StepReport {
   int rough_bodies = 0;          // that stepped by backward Euler where the scene's integrator is BDF2
   int splits = 0;                // nodes split by fracture
   int plastic_impulses = 0;      // above beta
+  int broken_joints = 0;
   double worst_penetration = 0;  // deepest contact found at the start of the step [m]
   Workload workload;             // at its end
 };
@@ -99,6 +118,7 @@ class World {
   StepReport step();
   void set_clock(double (*now_ms)());
   const std::vector<StageTime>& stage_times() const;  // of the last step
+  const ExampleStageTimes& example_times() const;     // of the last step, if there is a clock
 
   double time() const;
   std::uint64_t step_count() const;
@@ -116,8 +136,9 @@ class World {
 
   Energies energies() const;
   Invariants invariants() const;               // of the last step; zero work without WorldOptions::invariants
+  const std::vector<Strike>& strikes() const;  // of the last step; empty without WorldOptions::strikes
   FemView fem(BodyId body) const;              // body must be a finite-element body
-  const Eigen::MatrixXd& example_weights(BodyId body) const;  // E, N x E; body must be example-based
+  const example_based::WeightMatrix& example_weights(BodyId body) const;  // E, N x E; body must be example-based
 
   // 64 bits over every double of the state, bit for bit.
   std::uint64_t state_hash() const;

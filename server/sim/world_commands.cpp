@@ -24,6 +24,10 @@ Result<void> World::Impl::check(const Command& command, const std::string& field
       return invalid(text(at, "nodes[", k, "]"), text("is ", push->nodes[k], ", must be in [0, ", count, ")"));
     }
   }
+  if (std::holds_alternative<SetExampleParameters>(command)) {
+    if (place.model != BodyModel::example_based) return invalid(at + "body", text("is ", body, ", which is not an example-based body"));
+    return {};
+  }
   const bool moves = place.model == BodyModel::fem || place.model == BodyModel::example_based ||
                      solids[place.index].model.kind == RigidKind::dynamic;
   if (!moves) return invalid(at + "body", text("is ", body, ", which no force moves: it is fixed or kinematic"));
@@ -59,7 +63,7 @@ void World::Impl::apply_commands() {
   for (; due != script.end() && due->time <= now; ++due) {
     apply(due->command);
     const BodyId body = std::visit([](const auto& c) { return c.body; }, due->command);
-    add_event(EventKind::script, body).message = text("script: push on ", scene.bodies[body].name);
+    add_event(EventKind::script, body).message = text(std::holds_alternative<SetExampleParameters>(due->command) ? "script: parameters of " : "script: push on ", scene.bodies[body].name);
   }
   script.erase(script.begin(), due);
   for (const Command& command : commands) apply(command);
@@ -79,6 +83,8 @@ void World::Impl::apply(const Command& command) {
     push_body(push->body, push->impulse, push->point, push->radius);
   } else if (const auto* force = std::get_if<ApplyForce>(&command)) {
     forces.push_back({*force, force->duration > 0 ? force->duration : scene.dt});
+  } else if (const auto* parameters = std::get_if<SetExampleParameters>(&command)) {
+    examples[places[parameters->body].index].set_parameters(*parameters);
   } else {
     const auto& nodes = std::get<ApplyNodeImpulse>(command);
     soft[places[nodes.body].index].push_nodes(nodes.impulse, nodes.nodes);

@@ -6,6 +6,7 @@ namespace crumple::sim {
 Result<void> World::Impl::make_bodies() {
   places.resize(scene.bodies.size());
   const SoftBodyOptions options{scene.integrator, scene.float_solver, !scene.unguarded};
+  SharedRests rests;
   for (BodyId id = 0; id < scene.bodies.size(); ++id) {
     const BodyDescription& body = scene.bodies[id];
     const std::string field = text("bodies[", id, "]");
@@ -19,7 +20,7 @@ Result<void> World::Impl::make_bodies() {
     if (const auto* fem = std::get_if<FemModel>(&body.model)) {
       kept = keep(SoftBody::make(id, body, *fem, options, field + ".fem"), soft, BodyModel::fem);
     } else if (const auto* example = std::get_if<ExampleModel>(&body.model)) {
-      kept = keep(ExampleBody::make(id, body, *example, rigid, field + ".example"), examples, BodyModel::example_based);
+      kept = keep(ExampleBody::make(id, body, *example, rigid, field + ".example", &rests), examples, BodyModel::example_based);
     } else {
       const auto& model = std::get<RigidModel>(body.model);
       kept = keep(SolidBody::make(id, body, model, rigid, field + ".rigid"), solids,
@@ -29,6 +30,8 @@ Result<void> World::Impl::make_bodies() {
   }
   was_capped.assign(soft.size(), 0);
   guards.resize(soft.size());
+  for (ExampleBody& body : examples) body.meets_only_rigid = soft.empty();
+  make_joints();
   start_islands();
   topology.bodies.resize(places.size());
   for (BodyId id = 0; id < places.size(); ++id) rebuild_topology(id);

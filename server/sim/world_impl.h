@@ -18,7 +18,7 @@ namespace crumple::sim {
 
 struct World::Impl {
   explicit Impl(const WorldOptions& options, const RigidSettings& settings)
-      : keeps_invariants(options.invariants), pool(options.threads), rigid(settings) {}
+      : keeps_invariants(options.invariants), keeps_strikes(options.strikes), pool(options.threads), rigid(settings) {}
 
   // Where a body's data is.
   struct Place {
@@ -32,6 +32,7 @@ struct World::Impl {
 
   SceneDescription scene;
   bool keeps_invariants;
+  bool keeps_strikes;
   ThreadPool pool;
   std::vector<Place> places;  // by BodyId
   std::vector<SoftBody> soft;
@@ -70,6 +71,9 @@ struct World::Impl {
   std::vector<Event> events;
   std::uint64_t event_count = 0;
   std::vector<StageTime> stage_times;
+  ExampleStageTimes example_times;
+  std::vector<Strike> strikes;
+  void add_times(const ExampleTimes& body);
   double (*now_ms)() = nullptr;
 
   // One step's data, from stage to stage.
@@ -95,6 +99,7 @@ struct World::Impl {
   double time() const { return static_cast<double>(step) * scene.dt; }
 
   Result<void> make_bodies();
+  void make_joints();
   Result<void> check(const Command& command, const std::string& field) const;
 
   // Stages.
@@ -107,6 +112,7 @@ struct World::Impl {
   void solve(StepReport& report);
   void follow_scripts();
   void step_rigid(StepReport& report);
+  void break_joints(StepReport& report);
   void deform_examples(StepReport& report);
   void plastic_flow();
   void fracture(StepReport& report);

@@ -2,11 +2,13 @@
 #include "server/sim/world_impl.h"
 
 #include <algorithm>
+#include <functional>
 
 // The rigid step and the example-based bodies that live on its impulses.
 namespace crumple::sim {
 
 void World::Impl::step_rigid(StepReport& report) {
+  strikes.clear();
   if (solids.empty() && examples.empty()) return;
   const RigidTotals before = keeps_invariants ? rigid_totals() : RigidTotals{};
   const RigidStepReport outcome = rigid.step(scene.dt, scene.rigid_substeps);
@@ -21,9 +23,11 @@ void World::Impl::step_rigid(StepReport& report) {
         text(scene.bodies[id].name, " left the range of finite numbers and is held where it last was");
   }
   for (BodyId id : outcome.woken) wake(id);  // and with it the rest of its island, soft bodies from the next step on
+  break_joints(report);
   for (const ContactImpulse& contact : rigid.contact_impulses()) {
     const auto strike = [&](BodyId id, const Vec3& point_B, const Vec3& impulse_W) {
       if (places[id].model != BodyModel::example_based) return;
+      if (keeps_strikes) strikes.push_back({id, impulse_W.norm()});
       examples[places[id].index].strike(point_B, rigid.pose(id).R_WB.conjugate() * impulse_W);
     };
     strike(contact.a, contact.point_a_B, contact.impulse_W);
@@ -31,14 +35,64 @@ void World::Impl::step_rigid(StepReport& report) {
   }
 }
 
+// Joint k of the scene is joint k of the rigid room.
+void World::Impl::make_joints() {
+  for (const JointDescription& joint : scene.joints) rigid.join(joint.a, joint.b, joint.point);
+}
+
+// By what part a joint is loaded beyond what it bears; up to 1 it holds.
+static double load_of(const JointDescription& joint, const JointLoad& load, double dt) {
+  const double force = joint.strength > 0 ? load.impulse.norm() / (joint.strength * dt) : 0;
+  const double moment = joint.bending > 0 ? load.couple.norm() / (joint.bending * dt) : 0;
+  return std::max(force, moment);
+}
+
+// A storm of breaks is spread over steps: what stays joined is looked at again in the next.
+void World::Impl::break_joints(StepReport& report) {
+  std::vector<std::pair<double, int>> overloaded;
+  for (int k = 0; k < static_cast<int>(scene.joints.size()); ++k) {
+    const JointDescription& joint = scene.joints[k];
+    if (!rigid.is_joined(k) || (!is_live(body_part(joint.a)) && !is_live(body_part(joint.b)))) continue;
+    const double load = load_of(joint, rigid.joint_load(k), scene.dt);
+    if (load > 1) overloaded.emplace_back(load, k);
+  }
+  std::ranges::stable_sort(overloaded, std::greater<>(), &std::pair<double, int>::first);
+  if (static_cast<int>(overloaded.size()) > scene.max_breaks_per_step) overloaded.resize(scene.max_breaks_per_step);
+  for (const auto& [load, k] : overloaded) {
+    const JointDescription& joint = scene.joints[k];
+    Event& event = add_event(EventKind::parted, joint.a);
+    event.point = rigid.joint_point(k);
+    event.magnitude = rigid.joint_load(k).impulse.norm() / scene.dt;
+    event.count = 1;
+    event.message = text(scene.bodies[joint.a].name, " parts from ", scene.bodies[joint.b].name);
+    rigid.part(k);
+    wake(body_part(joint.a));
+    wake(body_part(joint.b));
+  }
+  report.broken_joints = static_cast<int>(overloaded.size());
+}
+
+void World::Impl::add_times(const ExampleTimes& body) {
+  example_times.locate += body.locate;
+  example_times.projection += body.deform.projection;
+  example_times.propagation += body.deform.propagation;
+  example_times.weights += body.deform.weights;
+  example_times.skinning += body.deform.skinning;
+  example_times.shape += body.shape;
+}
+
 void World::Impl::deform_examples(StepReport& report) {
   pool.for_chunks(static_cast<int>(examples.size()), 1, [&](int begin, int end) {
     for (int k = begin; k < end; ++k)
       if (!is_asleep(body_part(examples[k].id))) examples[k].deform(scene.dt, scene.rate_dt, pool);
   });
+  example_times = {};
   for (ExampleBody& body : examples) {
     if (is_asleep(body_part(body.id))) continue;
+    if (now_ms) add_times(body.times());
+    const double deformed = now_ms ? now_ms() : 0;
     const DentOutcome outcome = body.settle(rigid);
+    if (now_ms) example_times.shape += now_ms() - deformed;
     if (!outcome.finite) {
       add_event(EventKind::frozen, body.id).message =
           text(scene.bodies[body.id].name, " has a shape that is not finite: it keeps its last one and does not deform any more");

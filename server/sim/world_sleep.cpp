@@ -114,6 +114,11 @@ void World::Impl::start_islands() {
     by_soft[ids[a]] |= places[ids[b]].model == BodyModel::fem;
     by_soft[ids[b]] |= places[ids[a]].model == BodyModel::fem;
   }
+  for (const JointDescription& joint : scene.joints) {
+    if (activity[joint.a] == Activity::live && activity[joint.b] == Activity::live) {
+      sleepers.touch(static_cast<int>(joint.a), static_cast<int>(joint.b));
+    }
+  }
   sleepers.remember(0);
   for (const BodyId id : ids) {
     if (is_live(body_part(id))) lay_down(body_part(id), by_soft[id]);
@@ -259,6 +264,9 @@ void World::Impl::note_contacts() {
     }
   }
   for (const ContactImpulse& contact : rigid.contact_impulses()) touch(body_part(contact.a), body_part(contact.b));
+  for (int k = 0; k < static_cast<int>(scene.joints.size()); ++k) {
+    if (rigid.is_joined(k)) touch(body_part(scene.joints[k].a), body_part(scene.joints[k].b));
+  }
 }
 
 // Looks at a live body or fragment at the end of a step. A rigid body is seen by four of its points.

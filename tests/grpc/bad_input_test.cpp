@@ -105,6 +105,7 @@ const BadInput kCommands[] = {
     {"negative node id", "apply_node_impulse { body: 'cube' nodes: [-1] }", "command.apply_node_impulse.nodes[0]"},
     {"no nodes", "apply_node_impulse { body: 'cube' }", "command.apply_node_impulse.nodes"},
     {"nodes of a rigid body", "apply_node_impulse { body: 'box' nodes: 0 }", "command.apply_node_impulse.body"},
+    {"parameters of a rigid body", "set_example_parameters { body: 'box' alpha: 1 }", "command.set_example_parameters.body"},
     {"a fixed body", "apply_force { body: 'ground' }", "command.apply_force.body"},
 };
 

@@ -202,5 +202,45 @@ TEST(SimulationServer, ManyClientsCreateAndStepAtOnce) {
   for (const std::uint64_t hash : hashes) EXPECT_EQ(hash, hashes[0]);
 }
 
+// All six parameters of Jones et al. 2016 in one call, while the world is there: what fell and dented before does not yield any more.
+TEST(SimulationServer, ParametersOfExampleBodiesChangeInARunningWorld) {
+  const auto server = test::start_server();
+  const auto client = test::connect_to(*server);
+  v1::Scene scene;
+  scene.set_dt(0.004);
+  v1::Body& ground = *scene.add_bodies();
+  ground.set_name("ground");
+  ground.mutable_rigid()->set_kind(v1::RigidBody::FIXED);
+  ground.mutable_rigid()->add_shapes()->mutable_plane();
+  v1::Body& barrel = *scene.add_bodies();
+  barrel.set_name("barrel");
+  barrel.mutable_pose()->mutable_position()->set_y(1);
+  barrel.mutable_example()->mutable_asset()->mutable_barrel();
+  barrel.mutable_example()->set_mass(20);
+  int dents[2];
+  for (const bool change : {false, true}) {
+    const auto world = client->create_world(scene);
+    ASSERT_TRUE(world) << world.error().text();
+    if (change) {
+      v1::Command command;
+      v1::SetExampleParameters& set = *command.mutable_set_example_parameters();
+      set.set_body("barrel");
+      set.set_alpha(1);
+      set.set_beta(1e9);
+      set.set_gamma(0.2);
+      set.set_lambda(0.5);
+      set.set_mu(1);
+      set.set_nu(0);
+      const auto applied = client->apply(*world, command);
+      ASSERT_TRUE(applied) << applied.error().text();
+    }
+    const auto stepped = client->step(*world, 150);
+    ASSERT_TRUE(stepped) << stepped.error().text();
+    dents[change] = stepped->plastic_impulses;
+  }
+  EXPECT_GT(dents[0], 0);
+  EXPECT_EQ(dents[1], 0);
+}
+
 }  // namespace
 }  // namespace crumple::grpc_server

@@ -166,5 +166,17 @@ TEST(ShippedScenes, TheTrestleStandsAndFallsWithItsPosts) {
   EXPECT_LT(run.world().pose(run.world().find("stringer +0.00")).p_WB.y(), deck - 0.5);
 }
 
+// Cranes stand until they are struck; a ship through all three takes them apart, and parts dent.
+TEST(ShippedScenes, TheShipyardsCranesStandUntilTheShipTakesThemApart) {
+  SceneRun run = run_shipped("shipyard");
+  ASSERT_TRUE(run.started());
+  run.step(150, kGround);
+  EXPECT_EQ(run.events_of(sim::EventKind::parted, "crane 1 part 1"), 0);
+  EXPECT_GT(run.world().pose(run.world().find("ship")).p_WB.x(), -25);
+  run.step(1050, kGround);
+  for (const char* mast : {"crane 1 part 2", "crane 2 part 2", "crane 3 part 2"}) EXPECT_EQ(run.events_of(sim::EventKind::parted, mast), 1) << mast;
+  EXPECT_GT(run.events_of(sim::EventKind::dent, "ship"), 0);
+}
+
 }  // namespace
 }  // namespace crumple::test

@@ -288,6 +288,39 @@ TEST(LabBenchInvariants, HaveAnEntryAStepAndChangeNoBits) {
   EXPECT_GT(json["invariants"]["kinetic"][3].get<double>(), 0);
 }
 
+// Scenes of Jones et al. 2016: sizes within 10 % of the authors', who used N 1790, 8,238 tets, B 12, E 3 for barrels.
+TEST(LabBenchDestruction, HasTheAuthorsSizesAndSaysWhereDeformationTakesItsTime) {
+  const Ran one = lab({"bench", "dock", "--steps", "200"}), two = lab({"bench", "dock", "--steps", "200", "--threads", "2"});
+  ASSERT_EQ(one.exit_code, 0);
+  EXPECT_EQ(one.json()["state_hash"], two.json()["state_hash"]);
+  const Json examples = one.json()["examples"];
+  ASSERT_EQ(examples["assets"].size(), 1u);
+  const Json barrel = examples["assets"][0];
+  EXPECT_EQ(barrel["bodies"], 3);
+  EXPECT_EQ(barrel["bones"], 12);
+  EXPECT_EQ(barrel["examples"], 3);
+  EXPECT_NEAR(barrel["vertices"].get<int>(), 1790, 179);
+  EXPECT_NEAR(barrel["tets"].get<int>(), 8238, 824);
+  EXPECT_GT(examples["plastic_impulses"].get<int>(), 0);
+  double parts = 0;
+  for (const char* part : {"locate", "projection", "propagation", "weights", "skinning", "shape"}) parts += examples["parts_ms"][part].get<double>();
+  EXPECT_GT(parts, 0);
+  EXPECT_LE(parts, examples["deform_ms"]["mean"].get<double>());
+  EXPECT_GT(examples["rigid_ms"]["median"].get<double>(), 0);
+
+  const Ran triangles = lab({"bench", "dock", "--steps", "200", "--collision", "triangles"});
+  ASSERT_EQ(triangles.exit_code, 0);
+  EXPECT_NE(triangles.json()["state_hash"], one.json()["state_hash"]);
+}
+
+TEST(LabBenchDestruction, EveryScene) {
+  for (const char* scene : {"pachinko", "driver", "pileup", "cannonballs", "pegs", "space", "shipyard"}) {
+    const Ran ran = lab({"bench", scene, "--steps", "2"});
+    ASSERT_EQ(ran.exit_code, 0) << scene;
+    EXPECT_FALSE(ran.json()["examples"]["assets"].empty()) << scene;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(LabProgram, LabBench,
                          testing::Values(Bench{"beam", "3"}, Bench{"pile", "12"}, Bench{"panel", "6"}, Bench{"barrels", "5"}),
                          [](const auto& info) { return std::string(info.param.scene); });

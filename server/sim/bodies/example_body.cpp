@@ -19,15 +19,21 @@ constexpr double kShapeLag = 2e-3;
 
 }  // namespace
 
+std::shared_ptr<const eb::ExampleRest> SharedRests::of(const std::shared_ptr<const eb::ExampleSet>& set) {
+  std::shared_ptr<const eb::ExampleRest>& rest = rests_[set];
+  if (!rest) rest = std::make_shared<const eb::ExampleRest>(eb::make_rest(set));
+  return rest;
+}
+
 Result<ExampleBody> ExampleBody::make(BodyId id, const BodyDescription& body, const ExampleModel& model,
-                                      RigidWorld& rigid, const std::string& field) {
+                                      RigidWorld& rigid, const std::string& field, SharedRests* shared) {
   ExampleBody example;
   example.id = id;
   example.friction = model.friction;
   example.parameters_ = model.parameters;
-  example.rest = eb::make_rest(model.set);
-  example.state = eb::make_state(example.rest, model.parameters);
-  example.mass_ = model.mass > 0 ? model.mass : model.density * example.rest.volume;
+  example.rest_ = shared != nullptr ? shared->of(model.set) : std::make_shared<const eb::ExampleRest>(eb::make_rest(model.set));
+  example.state = eb::make_state(example.rest(), model.parameters);
+  example.mass_ = model.mass > 0 ? model.mass : model.density * example.rest().volume;
   auto added = rigid.add_deformable(id, example.shape(), example.mass_properties(), model.friction,
                                     model.parameters.restitution, body.pose, body.velocity, body.angular_velocity);
   if (!added) return std::unexpected(Error{added.error().code, field + "." + added.error().field, added.error().message});
@@ -41,22 +47,22 @@ Result<ExampleBody> ExampleBody::make(BodyId id, const BodyDescription& body, co
 }
 
 DeformableShape ExampleBody::shape() const {
-  if (parameters_.triangle_collision) return SurfaceMesh{state.x, rest.surface};
-  std::vector<ConvexHull> parts(rest.hull_vertices.size());
-  for (std::size_t p = 0; p < parts.size(); ++p) eb::hull_points(rest, state, static_cast<int>(p), parts[p].points);
+  if (parameters_.triangle_collision) return SurfaceMesh{state.x, rest().surface};
+  std::vector<ConvexHull> parts(rest().hull_vertices.size());
+  for (std::size_t p = 0; p < parts.size(); ++p) eb::hull_points(rest(), state, static_cast<int>(p), parts[p].points);
   return parts;
 }
 
 MassProperties ExampleBody::mass_properties() const {
-  const eb::DeformedMass deformed = eb::deformed_mass(rest, state.x, mass_);
+  const eb::DeformedMass deformed = eb::deformed_mass(rest(), state.x, mass_);
   return {deformed.mass, deformed.com, deformed.inertia};
 }
 
 void ExampleBody::make_proxy() {
   std::vector<PlacedShape> hulls;
-  for (std::size_t p = 0; p < rest.hull_vertices.size(); ++p) {
+  for (std::size_t p = 0; p < rest().hull_vertices.size(); ++p) {
     ConvexHull hull;
-    eb::hull_points(rest, state, static_cast<int>(p), hull.points);
+    eb::hull_points(rest(), state, static_cast<int>(p), hull.points);
     hulls.push_back({Pose{}, std::move(hull)});
   }
   // A part that was crushed flat has no hull; the proxy then stays as it was.
@@ -88,25 +94,41 @@ void ExampleBody::hold() {
 
 void ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool) {
   // Impulses that do not exceed beta together cannot at any vertex: nothing to look up for a body at rest (eq. 4).
+  const double start = work_.now();
   double strength = 0;
   for (const eb::PointImpulse& strike : strikes_) strength += strike.impulse.norm();
   impulses_.clear();
-  if (!(strength <= parameters_.beta * rest.least_beta_scale) && !held_) {
-    eb::locate_impulses(rest, state, strikes_, eb::Site::nearest_vertex, boxes_, impulses_);
+  if (!(strength <= parameters_.beta * rest().least_beta_scale) && !held_) {
+    eb::locate_impulses(rest(), state, strikes_, eb::Site::nearest_vertex, boxes_, impulses_);
   }
   strikes_.clear();
-  const eb::DeformReport& report = eb::deform(rest, parameters_, {dt, rate_dt}, mass_, impulses_, pool, state, work_);
+  locate_ms_ = work_.now() - start;
+  shape_ms_ = 0;
+  const eb::DeformReport& report = eb::deform(rest(), parameters_, {dt, rate_dt}, mass_, impulses_, pool, state, work_);
   if (!report.finite) return hold();
   shape_follows_ = shape_follows_ && !report.moved;
   if (!shape_is_due()) return;
+  const double deformed = work_.now();
   // A shape that cannot be had (a part crushed flat) keeps the last collision shape; drawing goes on.
   if (auto prepared = PreparedShape::make(shape(), mass_properties())) {
     next_shape_ = *std::move(prepared);
-    make_proxy();
+    if (!meets_only_rigid || state.active.empty()) make_proxy();
   }
   shape_x_ = state.x;
   shape_follows_ = true;
+  shape_ms_ = work_.now() - deformed;
 }
+
+void ExampleBody::set_parameters(const SetExampleParameters& changed) {
+  eb::ExampleParameters& p = parameters_;
+  for (const auto& [value, own] : {std::pair(&changed.alpha, &p.alpha), std::pair(&changed.beta, &p.beta), std::pair(&changed.gamma, &p.gamma),
+                                   std::pair(&changed.lambda, &p.lambda), std::pair(&changed.mu, &p.mu), std::pair(&changed.nu, &p.nu),
+                                   std::pair(&changed.restitution, &p.restitution)}) {
+    *own = value->value_or(*own);
+  }
+}
+
+ExampleTimes ExampleBody::times() const { return {locate_ms_, work_.times, shape_ms_}; }
 
 DentOutcome ExampleBody::settle(RigidWorld& rigid) {
   const eb::DeformReport& report = work_.report;
@@ -131,8 +153,8 @@ BodyTopology ExampleBody::topology(const BodyDescription& body) const {
   BodyTopology drawn{.id = id, .name = body.name, .model = BodyModel::example_based, .deformable = true};
   drawn.colour = body.colour;
   drawn.opacity = body.opacity;
-  drawn.triangles = rest.draw_triangles;
-  for (const eb::Example& example : rest.set->examples) drawn.channels.push_back(example.name);
+  drawn.triangles = rest().draw_triangles;
+  for (const eb::Example& example : rest().set->examples) drawn.channels.push_back(example.name);
   BodyFrame frame;
   capture(body.pose, false, frame);
   drawn.vertices = std::move(frame.positions);
@@ -140,14 +162,14 @@ BodyTopology ExampleBody::topology(const BodyDescription& body) const {
 }
 
 void ExampleBody::capture(const Pose& X_WB, bool with_values, BodyFrame& frame) const {
-  std::vector<Vec3> drawn(eb::draw_vertex_count(rest));
-  eb::draw_positions(rest, state, drawn);
+  std::vector<Vec3> drawn(eb::draw_vertex_count(rest()));
+  eb::draw_positions(rest(), state, drawn);
   frame.id = id;
   frame.pose = X_WB;
   frame.positions.clear();
   for (const Vec3& p : drawn) frame.positions.push_back((X_WB * p).cast<float>());
   frame.values.assign(with_values ? drawn.size() : 0, 0);
-  if (with_values) eb::draw_values(rest, state, frame.values);
+  if (with_values) eb::draw_values(rest(), state, frame.values);
 }
 
 void ExampleBody::hash(StateHash& hash) const {
@@ -156,6 +178,8 @@ void ExampleBody::hash(StateHash& hash) const {
   hash.add(std::span<const Vec3>(state.x));
   hash.add(std::span<const Vec3>(shape_x_));
   hash.add(state.restitution);
+  for (double p : {parameters_.alpha, parameters_.beta, parameters_.gamma, parameters_.lambda, parameters_.mu, parameters_.nu, parameters_.restitution})
+    hash.add(p);
   hash.add(static_cast<std::uint64_t>(held_));
 }
 

@@ -9,6 +9,8 @@
 #include "server/sim/scene.h"
 #include "server/sim/state_hash.h"
 
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,28 +24,50 @@ struct DentOutcome {
   Vec3 point = Vec3::Zero();   // where the strongest acted, in W [m]
 };
 
+// Where the time of `deform` went [ms].
+struct ExampleTimes {
+  double locate = 0;                   // vertices for the points that were struck
+  example_based::DeformTimes deform;
+  double shape = 0;                    // mass properties, hulls and proxy
+};
+
+// What bodies of one asset share: made once, and in the caches once.
+class SharedRests {
+ public:
+  std::shared_ptr<const example_based::ExampleRest> of(const std::shared_ptr<const example_based::ExampleSet>& set);
+
+ private:
+  std::map<std::shared_ptr<const example_based::ExampleSet>, std::shared_ptr<const example_based::ExampleRest>> rests_;
+};
+
 // One example-based body of a world: a rigid body whose shape follows the impulses it takes (Jones et al. 2016).
 class ExampleBody {
  public:
   // Adds the body to `rigid`.
   static Result<ExampleBody> make(BodyId id, const BodyDescription& body, const ExampleModel& model, RigidWorld& rigid,
-                                  const std::string& field);
+                                  const std::string& field, SharedRests* shared = nullptr);
 
   BodyId id;
   double friction = 0.5;
-  example_based::ExampleRest rest;
+  const example_based::ExampleRest& rest() const { return *rest_; }
   example_based::ExampleState state;
   TetMesh proxy;                       // fans of the convex parts' hulls, body axes: what soft bodies meet
   contact::CollisionMesh collision;
   std::vector<Vec3> x;                 // proxy nodes in W [m]
+  // Nothing in the world but rigid bodies meets it: the proxy then follows only when the shape has come to rest.
+  bool meets_only_rigid = false;
 
   void follow(const Pose& X_WB);       // x from the pose
+  void set_parameters(const SetExampleParameters& changed);
   // An impulse of this step, from Bullet, from soft contact or from a command; both in body axes.
   void strike(const Vec3& point_B, const Vec3& impulse_B) { strikes_.push_back({point_B, impulse_B}); }
   // Sections 3.2 and 3.3: impulses into example weights, shape and restitution. Touches nothing but this body, so that
   // bodies may deform side by side; `settle` then hands over to `rigid`.
   void deform(double dt, double rate_dt, const ThreadPool& pool);
   DentOutcome settle(RigidWorld& rigid);
+  // From now on `deform` notes where its time goes.
+  void set_clock(double (*now_ms)()) { work_.now_ms = now_ms; }
+  ExampleTimes times() const;          // of the last `deform`
   bool is_settled() const;             // without new impulses neither shape nor restitution would change any more
 
   BodyTopology topology(const BodyDescription& body) const;
@@ -51,6 +75,7 @@ class ExampleBody {
   void hash(StateHash& hash) const;
 
  private:
+  std::shared_ptr<const example_based::ExampleRest> rest_;
   DeformableShape shape() const;       // convex parts, or the surface as triangles
   MassProperties mass_properties() const;
   void make_proxy();
@@ -68,6 +93,7 @@ class ExampleBody {
   std::vector<example_based::VertexImpulse> impulses_;  // scratch
   example_based::SurfaceTree::Boxes boxes_;             // scratch
   example_based::ExampleWorkspace work_;
+  double locate_ms_ = 0, shape_ms_ = 0;
 };
 
 }  // namespace crumple::sim

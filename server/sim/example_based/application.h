@@ -11,8 +11,9 @@ namespace crumple::sim::example_based {
 
 // A row of dE whose entries are all within this is applied at once and leaves the active rows: the body stops being
 // skinned ("avoiding re-skinning objects when dE becomes negligible", section 5). A vertex then makes a last move of
-// at most sqrt(E) |J_i| times this: micrometres on a body of metres. Nothing is lost, so eq. 14 keeps holding.
-inline constexpr double kNegligible = 1e-6;
+// at most sqrt(E) |J_i| times this: a tenth of a millimetre where examples are a metre from each other. Nothing is lost, so
+// eq. 14 keeps holding.
+inline constexpr double kNegligible = 1e-4;
 inline constexpr double kRawNegligible = 1e-15;  // with raw_rates
 
 // A row whose entries sum to less than this after clamping has no direction left; it becomes the rest pose.
@@ -23,7 +24,7 @@ inline constexpr double kMinRowSum = 1e-12;
 double lambda_per_step(const ExampleParameters& parameters, double dt, double rate_dt);
 
 // Clamps row i of E at 0 and scales it to sum 1: the row stays in the simplex of the examples, to rounding.
-void normalise_row(Eigen::MatrixXd& E, int i);
+void normalise_row(WeightMatrix& E, int i);
 
 // E += (1 - lambda) dE, dE *= lambda on the active rows, then `normalise_row` on each. Rows that became negligible
 // leave state.active. `changed` receives the vertices whose row of E changed by a bit, ascending. lambda: per step.

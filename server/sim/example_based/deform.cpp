@@ -18,6 +18,7 @@ constexpr int kChunk = 8;  // impulses a task: a Jacobian is some microseconds
 void accumulate(const ExampleRest& rest, const ExampleParameters& parameters, StepTimes times, double mass,
                 std::span<const VertexImpulse> impulses, const ThreadPool& pool, ExampleState& state,
                 ExampleWorkspace& work) {
+  const double start = work.now();
   // Eq. 4 for all: what is not above beta costs no more than this.
   const double dt = projection_dt(parameters, times.dt, times.rate_dt);
   work.changes.clear();
@@ -47,22 +48,31 @@ void accumulate(const ExampleRest& rest, const ExampleParameters& parameters, St
     }
   });
   std::erase_if(work.changes, [](const WeightChange& change) { return change.de.isZero(0); });
+  const double projected = work.now();
   propagate(rest, parameters, work.changes, pool, work.cache, state.dE, state.active);
+  work.times.projection = projected - start;
+  work.times.propagation = work.now() - projected;
 }
 
 void release(const ExampleRest& rest, const ExampleParameters& parameters, StepTimes times, const ThreadPool& pool,
              ExampleState& state, ExampleWorkspace& work) {
   DeformReport& report = work.report;
+  const double start = work.now();
   report.dE_frobenius = accumulator_norm(rest, parameters, state);
   report.restitution = state.restitution =
       update_restitution(parameters, state.restitution, times.dt, report.dE_frobenius);
   report.moved = false;
   report.finite = true;
+  work.changed.clear();
+  work.times.weights = work.times.skinning = 0;
   if (state.active.empty()) return;
 
   apply_delayed(parameters, lambda_per_step(parameters, times.dt, times.rate_dt), pool, state, work.changed);
+  const double applied = work.now();
+  work.times.weights = applied - start;
   report.moved = skin(rest, state.E, work.changed, pool, state.x);
   report.finite = std::all_of(work.changed.begin(), work.changed.end(), [&](int i) { return state.x[i].allFinite(); });
+  work.times.skinning = work.now() - applied;
 }
 
 const DeformReport& deform(const ExampleRest& rest, const ExampleParameters& parameters, StepTimes times, double mass,

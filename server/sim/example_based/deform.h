@@ -30,6 +30,14 @@ struct DeformReport {
   bool finite = true;                   // of every x this step wrote
 };
 
+// Where the time of one step went [ms]; all 0 without a clock.
+struct DeformTimes {
+  double projection = 0;   // eqs. 4, 5, 8
+  double propagation = 0;  // eq. 11
+  double weights = 0;      // eqs. 13, 15
+  double skinning = 0;     // eq. 3
+};
+
 // Buffers and constants found on the way, one a body. No state: a new one gives the same bits.
 struct ExampleWorkspace {
   PropagationCache cache;
@@ -37,6 +45,10 @@ struct ExampleWorkspace {
   std::vector<Vec3> dx;
   std::vector<int> changed;
   DeformReport report;
+  double (*now_ms)() = nullptr;  // the caller's clock, if times are wanted
+  DeformTimes times;             // of the last `deform`
+
+  double now() const { return now_ms ? now_ms() : 0; }
 };
 
 struct StepTimes {

@@ -39,6 +39,28 @@ void gather_weights(ExampleRest& rest) {
   }
 }
 
+void gather_basis(ExampleRest& rest) {
+  rest.linear = std::ranges::none_of(rest.turns, [](std::uint8_t turns) { return turns != 0; });
+  if (!rest.linear) return;
+  const int examples = rest.example_count();
+  rest.turned_u.assign(rest.vertex_count(), Vec3::Zero());
+  rest.basis.assign(static_cast<std::size_t>(rest.vertex_count()) * examples, Vec4::Zero());
+  bool still = true;
+  for (int i = 0; i < rest.vertex_count(); ++i) {
+    bool turns = false;
+    for (int k = rest.weight_start[i]; k < rest.weight_start[i + 1]; ++k) {
+      const auto& [bone, weight] = rest.weights[k];
+      const Vec4& q = rest.pose(bone, 0).q;
+      turns |= !q.head<3>().isZero(0);
+      rest.turned_u[i] += weight * rotate(q, rest.set->mesh.X[i]);
+      for (int e = 0; e < examples; ++e) rest.basis[i * examples + e] += weight * rest.pose(bone, e).t;
+    }
+    if (!turns) rest.turned_u[i] = rest.set->mesh.X[i];  // to the bit: weights sum to 1 only to rounding
+    still &= rest.basis[i * examples].isZero(0);
+  }
+  rest.first_example = still ? 1 : 0;
+}
+
 void skin_rest_pose(ExampleRest& rest) {
   bool identity = true;
   for (int b = 0; b < rest.bone_count(); ++b) {
@@ -64,6 +86,24 @@ void share_mass(ExampleRest& rest) {
   }
 }
 
+void share_mass_of_edges(ExampleRest& rest) {
+  const EdgeGraph& graph = rest.graph;
+  rest.upper_start.push_back(0);
+  for (int i = 0; i < graph.vertex_count(); ++i) {
+    for (int k = graph.start[i]; k < graph.start[i + 1]; ++k)
+      if (graph.neighbour[k] > i) rest.upper_edges.push_back({graph.neighbour[k], 0});
+    rest.upper_start.push_back(static_cast<int>(rest.upper_edges.size()));
+  }
+  const std::vector<Tet>& tets = rest.set->mesh.tets;
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    for (int i : tets[t])
+      for (int j : tets[t]) {
+        if (i >= j) continue;
+        const auto begin = rest.upper_edges.begin() + rest.upper_start[i], end = rest.upper_edges.begin() + rest.upper_start[i + 1];
+        std::lower_bound(begin, end, j, [](const EdgeShare& e, int v) { return e.vertex < v; })->share += rest.tet_share[t] / 20;
+      }
+}
+
 void find_surface(ExampleRest& rest) {
   for (const SurfaceFace& face : surface_faces(rest.set->mesh.tets)) rest.surface.push_back(face.nodes);
   for (const Triangle& triangle : rest.surface)
@@ -82,9 +122,11 @@ ExampleRest make_rest(std::shared_ptr<const ExampleSet> set) {
   rest.set = std::move(set);
   align_poses(rest);
   gather_weights(rest);
+  gather_basis(rest);
   skin_rest_pose(rest);
   share_mass(rest);
   rest.graph = edge_graph(rest.set->mesh.X, rest.set->mesh.tets);
+  share_mass_of_edges(rest);
   find_surface(rest);
   rest.least_beta_scale = kMaxRegionScale;
   for (int i : rest.surface_vertices) rest.least_beta_scale = std::min(rest.least_beta_scale, rest.set->beta_scale_at(i));

@@ -12,10 +12,19 @@
 
 namespace crumple::sim::example_based {
 
+// Example weights, a vertex a row: what a step touches is rows.
+using WeightMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 // T_be of Jones et al. 2016, section 3, ready to be blended.
 struct BonePose {
   Vec4 q;  // s_be q_be: normalised, aligned with the rest pose (x, y, z, w)
   Vec4 t;  // translation [m], last entry 0: four wide, as q is
+};
+
+// M_ij of the consistent mass matrix over the body's mass: a twentieth of the shares of all tets that i and j have in common.
+struct EdgeShare {
+  int vertex;    // j
+  double share;  // [-]
 };
 
 struct BoneWeight {
@@ -35,10 +44,19 @@ struct ExampleRest {
   std::vector<BoneWeight> weights;  // the entries of W above 0; each row sums to 1 to rounding
   std::vector<Vec3> x_rest;         // N: skinned in the rest pose [m]; equal to u where that is the identity
 
+  // Where no bone turns in any example, eq. 3 is linear in E: x_i = u'_i + sum_e E_ie D_ie, and J_i = D_i is constant.
+  bool linear = false;
+  std::vector<Vec3> turned_u;  // N: u'_i = sum_b W_ib R(q_b) u_i [m], with the rotations that all examples share
+  std::vector<Vec4> basis;     // N x E, vertex-major: D_ie = sum_b W_ib t_be [m], last entry 0; empty unless linear
+  int first_example = 0;       // D_ie = 0 for e below it: 1 where the rest pose moves nothing
+
   // Mass. Shares sum to 1; they follow the rest volume times fill and stay while the body deforms.
   double volume = 0;                 // [m^3], rest, times fill
   std::vector<double> tet_share;     // [-]
   std::vector<double> vertex_share;  // [-], a quarter of each tet's share to each of its vertices
+
+  std::vector<int> upper_start;        // N + 1: edges i-j with i < j at [start[i], start[i + 1])
+  std::vector<EdgeShare> upper_edges;  // ascending by j
 
   // Propagation.
   EdgeGraph graph;

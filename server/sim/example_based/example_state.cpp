@@ -4,9 +4,9 @@ namespace crumple::sim::example_based {
 
 ExampleState make_state(const ExampleRest& rest, const ExampleParameters& parameters) {
   ExampleState state;
-  state.E = Eigen::MatrixXd::Zero(rest.vertex_count(), rest.example_count());
+  state.E = WeightMatrix::Zero(rest.vertex_count(), rest.example_count());
   state.E.col(0).setOnes();
-  state.dE = Eigen::MatrixXd::Zero(rest.vertex_count(), rest.example_count());
+  state.dE = WeightMatrix::Zero(rest.vertex_count(), rest.example_count());
   state.x = rest.x_rest;
   state.restitution = parameters.restitution;
   return state;

@@ -7,6 +7,8 @@ namespace crumple::sim::example_based {
 namespace {
 
 constexpr double kMinShare = 1e-9;
+// Up to so many points it is quicker to look at every vertex than to refit the tree's boxes. Same vertex either way.
+constexpr int kFewPoints = 8;
 
 void add_at_same_vertex(std::vector<VertexImpulse>& at) {
   std::stable_sort(at.begin(), at.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
@@ -39,12 +41,13 @@ void locate_impulses(const ExampleRest& rest, const ExampleState& state, std::sp
                      Site site, SurfaceTree::Boxes& boxes, std::vector<VertexImpulse>& out) {
   out.clear();
   if (impulses.empty()) return;
-  rest.surface_tree.refit(state.x, boxes);
+  const bool few = site == Site::nearest_vertex && impulses.size() <= kFewPoints;
+  if (!few) rest.surface_tree.refit(state.x, boxes);
   for (const auto& [point, impulse] : impulses) {
     if (!point.allFinite() || !impulse.allFinite()) {
       out.push_back({rest.surface_vertices.front(), Vec3::Constant(std::numeric_limits<double>::infinity())});
     } else if (site == Site::nearest_vertex) {
-      out.push_back({rest.surface_tree.nearest_vertex(point, state.x, boxes), impulse});
+      out.push_back({few ? nearest_surface_vertex(rest, state, point) : rest.surface_tree.nearest_vertex(point, state.x, boxes), impulse});
     } else {
       const SurfacePoint nearest = rest.surface_tree.nearest(point, state.x, boxes);
       for (int k = 0; k < 3; ++k)

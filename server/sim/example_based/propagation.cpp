@@ -61,19 +61,17 @@ void PropagationCache::add_reached(std::span<const WeightChange> sites, std::vec
 }
 
 void propagate(const ExampleRest& rest, const ExampleParameters& parameters, std::span<const WeightChange> changes,
-               const ThreadPool& pool, PropagationCache& cache, Eigen::MatrixXd& dE, std::vector<int>& active) {
+               const ThreadPool& pool, PropagationCache& cache, WeightMatrix& dE, std::vector<int>& active) {
   if (changes.empty()) return;
   cache.prepare(rest, parameters.gamma, changes, pool);
 
-  // One task a column: each column is contiguous, and sums its impulses in their order.
-  pool.for_chunks(static_cast<int>(dE.cols()), 1, [&](int begin, int) {
-    double* column = dE.col(begin).data();
-    for (const WeightChange& change : changes) {
-      const double de = change.de[begin];
-      if (de == 0) continue;
-      for (const auto& [vertex, phi] : cache.influences(change.vertex)) column[vertex] += phi * de;
+  // In the order of the impulses: sums do not depend on the threads that look after other bodies.
+  const int examples = static_cast<int>(dE.cols());
+  for (const WeightChange& change : changes)
+    for (const auto& [vertex, phi] : cache.influences(change.vertex)) {
+      double* row = dE.row(vertex).data();
+      for (int e = 0; e < examples; ++e) row[e] += phi * change.de[e];
     }
-  });
 
   cache.add_reached(changes, active);
   if (parameters.raw_rates) return;

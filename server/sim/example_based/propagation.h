@@ -62,6 +62,6 @@ class PropagationCache {
 // dE_j += phi(dist(i, j) / gamma) de_i for every change i and every vertex j nearer than gamma; eq. 11 with the
 // distance of geodesic_distance.h in place of |x_j - x_i|. dE: N x E. `active`: ascending, what it reached is added.
 void propagate(const ExampleRest& rest, const ExampleParameters& parameters, std::span<const WeightChange> changes,
-               const ThreadPool& pool, PropagationCache& cache, Eigen::MatrixXd& dE, std::vector<int>& active);
+               const ThreadPool& pool, PropagationCache& cache, WeightMatrix& dE, std::vector<int>& active);
 
 }  // namespace crumple::sim::example_based

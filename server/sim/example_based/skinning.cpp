@@ -7,7 +7,8 @@
 namespace crumple::sim::example_based {
 namespace {
 
-constexpr int kChunk = 64;  // vertices a task: some 50 us of work
+constexpr int kChunk = 64;          // vertices a task: some 50 us of work
+constexpr int kLinearChunk = 1024;  // the same where eq. 3 is linear: some 10 us
 
 // The examples that take part in a row: few, however many there are.
 struct Support {
@@ -62,32 +63,45 @@ Vec3 skin_supported(const ExampleRest& rest, int i, const Support& support) {
   return u + a.cross(u) + M * u - M.trace() * u + t.head<3>();
 }
 
+// Eq. 3 where it is linear in E.
+Vec3 skin_linear(const ExampleRest& rest, int i, const double* row) {
+  const int examples = rest.example_count();
+  const Vec4* D = &rest.basis[static_cast<std::size_t>(i) * examples];
+  Vec4 moved = Vec4::Zero();
+  for (int e = rest.first_example; e < examples; ++e) moved += row[e] * D[e];
+  return rest.turned_u[i] + moved.head<3>();
+}
+
 }  // namespace
 
 Vec3 skin_vertex(const ExampleRest& rest, int i, const WeightRow& row) {
   assert(row.size() == rest.example_count());
+  if (rest.linear) return skin_linear(rest, i, row.data());
   const Support support(row);
   return support.is_rest() ? rest.x_rest[i] : skin_supported(rest, i, support);
 }
 
 Vec3 skin_in_example(const ExampleRest& rest, int i, int e) {
+  if (rest.linear) return rest.turned_u[i] + rest.basis[static_cast<std::size_t>(i) * rest.example_count() + e].head<3>();
   return skin_supported(rest, i, Support(WeightRow::Unit(rest.example_count(), e)));
 }
 
-bool skin(const ExampleRest& rest, const Eigen::MatrixXd& E, std::span<const int> vertices, const ThreadPool& pool,
+bool skin(const ExampleRest& rest, const WeightMatrix& E, std::span<const int> vertices, const ThreadPool& pool,
           std::span<Vec3> x) {
   assert(static_cast<int>(x.size()) == rest.vertex_count() && E.rows() == rest.vertex_count());
   const int count = static_cast<int>(vertices.size());
-  std::vector<char> moved((count + kChunk - 1) / kChunk, 0);  // one a chunk
-  pool.for_chunks(count, kChunk, [&](int begin, int end) {
+  const int chunk = rest.linear ? kLinearChunk : kChunk;
+  std::vector<char> moved((count + chunk - 1) / chunk, 0);  // one a chunk
+  pool.for_chunks(count, chunk, [&](int begin, int end) {
     bool any = false;
     for (int k = begin; k < end; ++k) {
       const int i = vertices[k];
-      const Vec3 skinned = skin_vertex(rest, i, E.row(i).transpose());
+      const Vec3 skinned =
+          rest.linear ? skin_linear(rest, i, E.row(i).data()) : skin_vertex(rest, i, E.row(i).transpose());
       any |= skinned != x[i];
       x[i] = skinned;
     }
-    moved[begin / kChunk] = any;
+    moved[begin / chunk] = any;
   });
   return std::ranges::find(moved, 1) != moved.end();
 }
@@ -95,6 +109,10 @@ bool skin(const ExampleRest& rest, const Eigen::MatrixXd& E, std::span<const int
 Jacobian skinning_jacobian(const ExampleRest& rest, int i, const WeightRow& row) {
   assert(row.size() == rest.example_count());
   const int examples = rest.example_count();
+  if (rest.linear) {
+    using Block = Eigen::Map<const Eigen::Matrix<double, 4, Eigen::Dynamic>>;
+    return Block(rest.basis[static_cast<std::size_t>(i) * examples].data(), 4, examples).topRows<3>();
+  }
   const Support support(row);
   const Vec3& u = rest.set->mesh.X[i];
   Jacobian J = Jacobian::Zero(3, examples);

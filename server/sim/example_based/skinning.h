@@ -23,7 +23,7 @@ Vec3 skin_vertex(const ExampleRest& rest, int i, const WeightRow& row);
 Vec3 skin_in_example(const ExampleRest& rest, int i, int e);
 
 // Eq. 3 for the listed vertices. E: N x E. x: N [m]. Returns whether any bit of x changed.
-bool skin(const ExampleRest& rest, const Eigen::MatrixXd& E, std::span<const int> vertices, const ThreadPool& pool,
+bool skin(const ExampleRest& rest, const WeightMatrix& E, std::span<const int> vertices, const ThreadPool& pool,
           std::span<Vec3> x);
 
 // J_i = d x_i / d E_ie [m], eq. 5: every E_ie an independent variable, the rest pose's included, exact through QLERP's

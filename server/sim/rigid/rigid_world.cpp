@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "server/sim/rigid/rigid_world_body.h"
+#include "server/sim/rigid/rigid_world_joint.h"
 
 namespace crumple::sim {
 
@@ -24,6 +25,7 @@ struct RigidWorld::Impl {
   void aim_kinematic(double h, double fraction);
   void freeze_unsound(double h, RigidStepReport& report);
   bool wake_touched(double h, RigidStepReport& report);
+  void add_joined(std::vector<BodyId>& touched);
   Vec3 weight_of(const Body& body) const { return body.weightless ? Vec3(Vec3::Zero()) : gravity; }
   void combine_materials(RigidStepReport& report);
   void gather_impulses();
@@ -31,6 +33,7 @@ struct RigidWorld::Impl {
   Vec3 gravity;
   bullet::DynamicsWorld world;
   std::vector<std::unique_ptr<Body>> bodies;  // by id; null where there is none
+  std::vector<std::unique_ptr<bullet::Joint>> joints;  // by id; null where it is parted. Goes before the bodies
   std::vector<Pose> kinematic_next;           // by id
   std::vector<ContactImpulse> impulses;
 };
@@ -132,6 +135,8 @@ Result<void> RigidWorld::add_deformable(BodyId id, const DeformableShape& shape,
 
 void RigidWorld::remove(BodyId id) {
   assert(contains(id));
+  for (auto& joint : impl_->joints)
+    if (joint && (joint->a().contact.id == id || joint->b().contact.id == id)) joint.reset();
   impl_->bodies[id].reset();
 }
 
@@ -200,6 +205,21 @@ void RigidWorld::apply_momentum(BodyId id, const Vec3& linear, const Vec3& angul
   body.L += angular;
 }
 
+// ---- joints ----------------------------------------------------------------------------------------------------
+
+int RigidWorld::join(BodyId a, BodyId b, const Vec3& point_W) {
+  assert(a != b && (is_moving(a) || is_moving(b)));
+  const int id = static_cast<int>(impl_->joints.size());
+  impl_->joints.push_back(std::make_unique<bullet::Joint>(impl_->world, id, impl_->at(a), impl_->at(b),
+                                                          Pose{Quat::Identity(), point_W}));
+  return id;
+}
+
+void RigidWorld::part(int joint) { impl_->joints[joint].reset(); }
+bool RigidWorld::is_joined(int joint) const { return impl_->joints[joint] != nullptr; }
+JointLoad RigidWorld::joint_load(int joint) const { return {impl_->joints[joint]->impulse, impl_->joints[joint]->couple}; }
+Vec3 RigidWorld::joint_point(int joint) const { return impl_->joints[joint]->point_W(); }
+
 // ---- step ------------------------------------------------------------------------------------------------------
 
 RigidStepReport RigidWorld::step(double dt, int substeps) {
@@ -208,6 +228,9 @@ RigidStepReport RigidWorld::step(double dt, int substeps) {
   impl_->impulses.clear();
   for (const auto& body : impl_->bodies) {
     if (body) body->weightless = false;
+  }
+  for (const auto& joint : impl_->joints) {
+    if (joint) joint->begin_step();
   }
   for (int m = 0; m < impl_->world.manifold_count(); ++m) {
     const btPersistentManifold& manifold = impl_->world.manifold(m);
@@ -228,7 +251,13 @@ void RigidWorld::Impl::substep(double h, double fraction, RigidStepReport& repor
     world.detect(h);
     while (wake_touched(h, report)) world.detect(h);
     combine_materials(report);
+    for (const auto& joint : joints) {
+      if (joint) joint->begin_substep();
+    }
     world.solve(h);
+    for (const auto& joint : joints) {
+      if (joint) joint->end_substep(h);
+    }
     gather_impulses();
   }
   for (const auto& body : bodies) {
@@ -263,6 +292,7 @@ bool RigidWorld::Impl::wake_touched(double h, RigidStepReport& report) {
       break;
     }
   }
+  add_joined(touched);
   std::ranges::sort(touched);
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
   for (BodyId id : touched) {
@@ -273,6 +303,19 @@ bool RigidWorld::Impl::wake_touched(double h, RigidStepReport& report) {
     report.woken.push_back(id);
   }
   return !touched.empty();
+}
+
+// Sleepers that hang on sleepers: in this substep they would be as good as fixed.
+void RigidWorld::Impl::add_joined(std::vector<BodyId>& touched) {
+  for (std::size_t k = 0; k < touched.size(); ++k) {
+    for (const auto& joint : joints) {
+      if (!joint) continue;
+      const BodyId a = joint->a().contact.id, b = joint->b().contact.id;
+      if (a != touched[k] && b != touched[k]) continue;
+      const BodyId other = a == touched[k] ? b : a;
+      if (bodies[other]->is_asleep() && std::ranges::find(touched, other) == touched.end()) touched.push_back(other);
+    }
+  }
 }
 
 void RigidWorld::Impl::freeze_unsound(double h, RigidStepReport& report) {
@@ -387,6 +430,7 @@ void RigidWorld::append_state(std::vector<double>& state) const {
     state.push_back(body->contact.restitution);
     state.push_back(body->is_asleep() ? 1 : 0);
   }
+  for (const auto& joint : impl_->joints) state.push_back(joint ? 1 : 0);
   for (int m = 0; m < impl_->world.manifold_count(); ++m) {
     const btPersistentManifold& manifold = impl_->world.manifold(m);
     for (int i = 0; i < manifold.getNumContacts(); ++i) {

@@ -36,6 +36,12 @@ struct RigidStepReport {
   double worst_penetration = 0;  // deepest overlap at the start of any substep [m]
 };
 
+// What a joint did in the last step, on its first body.
+struct JointLoad {
+  Vec3 impulse = Vec3::Zero();  // at the joint's point, in W [N s]
+  Vec3 couple = Vec3::Zero();   // what is left of the moment about that point, in W [N m s]
+};
+
 // Collision shape of a body that changes its shape: convex parts, or one triangle mesh, in body axes.
 using DeformableShape = std::variant<std::vector<ConvexHull>, SurfaceMesh>;
 
@@ -119,6 +125,15 @@ class RigidWorld {
   void sleep(BodyId id, bool carried);
   void wake(BodyId id);
   bool is_asleep(BodyId id) const;
+
+  // Joins two bodies rigidly at a point as they stand, at least one of them moving; they do not collide with each other
+  // from then on. A joint keeps them together through 30 sweeps of the contact solver: long chains of it sag. A body that
+  // wakes because it is touched wakes those that it is joined to. Ids count from 0 and are not used again.
+  int join(BodyId a, BodyId b, const Vec3& point_W);
+  void part(int joint);  // for good; no effect on one that is parted
+  bool is_joined(int joint) const;
+  JointLoad joint_load(int joint) const;  // of one that is joined
+  Vec3 joint_point(int joint) const;      // in W, of one that is joined
 
   // dt > 0 [s] in `substeps` >= 1 equal parts; one part in which contact is found and solved once each.
   // A body whose state is not finite, is beyond 2e6 m or faster than 2.5e5 m per substep is frozen: it stays for good,

@@ -47,6 +47,9 @@ class Body {
   bool is_asleep() const { return asleep_; }
   bool is_stepped() const { return is_moving() && !asleep_; }
   const Pose& X_BP() const { return X_BP_; }
+  // The first of the collision objects, and its axes.
+  btRigidBody& object() const { return *parts_[0].object; }
+  const Pose& X_BO() const { return kind_ == RigidKind::dynamic ? X_BP_ : parts_[0].X_BS; }
   Pose pose() const;
 
   // Moving bodies. False: the state is not finite or out of this world's bounds for a substep of h.

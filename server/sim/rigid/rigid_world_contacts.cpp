@@ -21,6 +21,8 @@ btScalar ContactSolver::solveGroup(btCollisionObject** bodies, int body_count, b
                                    const btContactSolverInfo& info, btIDebugDraw* debug, btDispatcher* dispatcher) {
   std::stable_sort(manifolds, manifolds + manifold_count,
                    [](const auto* a, const auto* b) { return order_key(a) < order_key(b); });
+  std::stable_sort(constraints, constraints + constraint_count,
+                   [](const auto* a, const auto* b) { return a->getUserConstraintId() < b->getUserConstraintId(); });
   return btSequentialImpulseConstraintSolver::solveGroup(bodies, body_count, manifolds, manifold_count, constraints,
                                                          constraint_count, info, debug, dispatcher);
 }
@@ -63,17 +65,17 @@ void ContactSolver::set_rebound(int contact, double h) {
   rebounds_.push_back({contact, t});
 }
 
-// All normals, then the friction of all contacts: Gauss-Seidel sweeps as Bullet's, but with a round friction cone, and
+// All joints and normals, then the friction of all contacts: Gauss-Seidel sweeps as Bullet's, but with a round friction cone, and
 // each forth and back (a stack of ten rests in 30 of them and topples slowly in 100 that only go forth), with conjugate
 // directions in between.
 btScalar ContactSolver::solveSingleIteration(int iteration, btCollisionObject**, int, btPersistentManifold**, int,
                                              btTypedConstraint**, int, const btContactSolverInfo& info, btIDebugDraw*) {
   auto& contacts = m_tmpSolverContactConstraintPool;
   auto& frictions = m_tmpSolverContactFrictionConstraintPool;
+  auto& joints = m_tmpSolverNonContactConstraintPool;
   if (iteration == 0) {
-    last_.assign(contacts.size() + frictions.size(), 0);
-    for (int i = 0; i < contacts.size(); ++i) last_[i] = contacts[i].m_appliedImpulse;
-    for (int i = 0; i < frictions.size(); ++i) last_[contacts.size() + i] = frictions[i].m_appliedImpulse;
+    last_.resize(contacts.size() + frictions.size() + joints.size());
+    for (std::size_t i = 0; i < last_.size(); ++i) last_[i] = row(static_cast<int>(i)).m_appliedImpulse;
     direction_.assign(last_.size(), 0);
     last_progress_ = 0;
   }
@@ -83,23 +85,35 @@ btScalar ContactSolver::solveSingleIteration(int iteration, btCollisionObject**,
                                                                m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
     worst = std::max(worst, std::abs(change));
   };
+  const auto solve_joint = [&](btSolverConstraint& row) {
+    const double change = resolveSingleConstraintRowGeneric(m_tmpSolverBodyPool[row.m_solverBodyIdA],
+                                                            m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
+    worst = std::max(worst, std::abs(change));
+  };
+  for (int i = 0; i < joints.size(); ++i) solve_joint(joints[i]);
   for (int i = 0; i < contacts.size(); ++i) solve_normal(contacts[i]);
   for (int i = 0; i < contacts.size(); ++i) worst = std::max(worst, solve_friction(contacts[i]));
   for (int i = contacts.size() - 1; i >= 0; --i) worst = std::max(worst, solve_friction(contacts[i]));
   for (int i = contacts.size() - 1; i >= 0; --i) solve_normal(contacts[i]);
+  for (int i = joints.size() - 1; i >= 0; --i) solve_joint(joints[i]);
   const bool is_last = iteration + 1 >= info.m_numIterations || worst * worst <= info.m_leastSquaresResidualThreshold;
   if (!is_last) accelerate();  // what it overshoots, the next sweep projects back
   return worst * worst;
 }
 
+// Normals, then friction, then joints.
+btSolverConstraint& ContactSolver::row(int i) {
+  for (btConstraintArray* rows : {&m_tmpSolverContactConstraintPool, &m_tmpSolverContactFrictionConstraintPool}) {
+    if (i < rows->size()) return (*rows)[i];
+    i -= rows->size();
+  }
+  return m_tmpSolverNonContactConstraintPool[i];
+}
+
 // Nonsmooth nonlinear conjugate gradients (Silcowitz-Hansen, Niebe, Erleben 2010, algorithm 1): the step s of a sweep
 // serves as minus the gradient, beta = |s|^2 / |s_last|^2, restart where beta > 1. Norms in the energy metric.
 void ContactSolver::accelerate() {
-  auto& contacts = m_tmpSolverContactConstraintPool;
-  auto& frictions = m_tmpSolverContactFrictionConstraintPool;
-  const int n = contacts.size();
-  const auto row = [&](int i) -> btSolverConstraint& { return i < n ? contacts[i] : frictions[i - n]; };
-  const int rows = n + frictions.size();
+  const int rows = static_cast<int>(last_.size());
   double progress = 0;
   for (int i = 0; i < rows; ++i) {
     const double step = row(i).m_appliedImpulse - last_[i];

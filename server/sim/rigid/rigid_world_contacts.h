@@ -42,6 +42,7 @@ class ContactSolver : public btSequentialImpulseConstraintSolver {
 
   void set_rebound(int contact, double h);
   void accelerate();
+  btSolverConstraint& row(int i);
   double slip(const btSolverConstraint& row);
   double solve_friction(const btSolverConstraint& contact);
 
@@ -51,7 +52,7 @@ class ContactSolver : public btSequentialImpulseConstraintSolver {
   };
   std::vector<Rebound> rebounds_;  // of the current island
   double rebound_speed_ = 0;
-  // Of the conjugate directions, one a row, normals first.
+  // Of the conjugate directions, one a row.
   std::vector<double> last_, direction_;
   double last_progress_ = 0;
 };

@@ -141,7 +141,7 @@ btCollisionAlgorithm* MeshContactFactory::Create::CreateCollisionAlgorithm(btCol
 void MeshContactFactory::register_with(btCollisionDispatcher& dispatcher) {
   mesh_first_.m_swapped = true;
   for (const int type :
-       {BOX_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE, CYLINDER_SHAPE_PROXYTYPE}) {
+       {BOX_SHAPE_PROXYTYPE, kHullType, SPHERE_SHAPE_PROXYTYPE, CYLINDER_SHAPE_PROXYTYPE}) {
     dispatcher.registerCollisionCreateFunc(type, TRIANGLE_MESH_SHAPE_PROXYTYPE, &convex_first_);
     dispatcher.registerCollisionCreateFunc(TRIANGLE_MESH_SHAPE_PROXYTYPE, type, &mesh_first_);
   }

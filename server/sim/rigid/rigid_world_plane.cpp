@@ -72,7 +72,7 @@ btCollisionAlgorithm* PlaneContactFactory::Create::CreateCollisionAlgorithm(btCo
 
 void PlaneContactFactory::register_with(btCollisionDispatcher& dispatcher) {
   plane_first_.m_swapped = true;
-  for (const int type : {BOX_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE,
+  for (const int type : {BOX_SHAPE_PROXYTYPE, kHullType, SPHERE_SHAPE_PROXYTYPE,
                          CYLINDER_SHAPE_PROXYTYPE, GIMPACT_SHAPE_PROXYTYPE}) {
     dispatcher.registerCollisionCreateFunc(type, STATIC_PLANE_PROXYTYPE, &convex_first_);
     dispatcher.registerCollisionCreateFunc(STATIC_PLANE_PROXYTYPE, type, &plane_first_);

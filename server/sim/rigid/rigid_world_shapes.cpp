@@ -6,11 +6,12 @@
 #include <cassert>
 
 #include "server/sim/rigid/convex_hull.h"
+#include "server/sim/rigid/rigid_world_hull.h"
 
 namespace crumple::sim::bullet {
 namespace {
 
-constexpr int kMaxFacedVertices = 64;  // hulls up to this size get faces, for contacts of several points at once
+constexpr int kMaxFacedVertices = 128;  // hulls up to this size get faces, for contacts of several points at once
 
 Pose product(const Pose& X_AB, const Pose& X_BC) { return {(X_AB.R_WB * X_BC.R_WB).normalized(), X_AB * X_BC.p_WB}; }
 
@@ -87,11 +88,10 @@ btCollisionShape* CollisionShape::add_hull(const std::vector<Vec3>& points) {
   // Inner points only cost time; a part that was pressed flat has no hull and keeps its points.
   const Result<SurfaceMesh> hull = convex_hull(points, "");
   const std::vector<Vec3>& kept = hull ? hull->vertices : points;
-  auto* shape = own(std::make_unique<btConvexHullShape>());
-  for (const Vec3& p : kept) shape->addPoint(to_bullet(p), false);
+  auto* shape = own(std::make_unique<Hull>(kept));
   shape->setMargin(skin(smallest_extent(kept)));
   shape->recalcLocalAabb();
-  if (hull && kept.size() <= kMaxFacedVertices) shape->initializePolyhedralFeatures();
+  if (hull && kept.size() <= kMaxFacedVertices) shape->set_faces(*hull);
   return shape;
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "server/sim/rigid/rigid_world_hull.h"
+
 // Private to rigid_world.
 namespace crumple::sim::bullet {
 
@@ -47,7 +49,7 @@ bool support_points(const btCollisionShape& shape, const btVector3& n, const Off
       return true;
     }
     case BOX_SHAPE_PROXYTYPE:
-    case CONVEX_HULL_SHAPE_PROXYTYPE: {  // a box gives its exact corners, a hull its points, below their skin
+    case kHullType: {  // a box gives its exact corners, a hull its points, below their skin
       const auto& polyhedron = static_cast<const btPolyhedralConvexShape&>(shape);
       const double margin = shape.getShapeType() == BOX_SHAPE_PROXYTYPE ? 0 : polyhedron.getMargin();
       for (int k = 0; k < polyhedron.getNumVertices(); ++k) {

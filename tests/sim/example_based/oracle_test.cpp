@@ -106,11 +106,11 @@ Json replay(const Json& in, const Json& samples_of) {
     }
     const StepTimes times{.dt = dt, .rate_dt = dt};
     accumulate(rest, p, times, mass, impulses, pool, state, work);
-    frame["dE_accumulated"] = to_json(state.dE);
+    frame["dE_accumulated"] = to_json(Eigen::MatrixXd(state.dE));
     release(rest, p, times, pool, state, work);
     frame["dE_frobenius"] = work.report.dE_frobenius;
     frame["Cr"] = state.restitution;
-    frame["E"] = to_json(state.E);
+    frame["E"] = to_json(Eigen::MatrixXd(state.E));
     for (const Vec3& x : state.x) frame["x"].push_back(to_json(x));
     const DeformedMass lumped = lumped_mass(rest, state.x, mass), spread = deformed_mass(rest, state.x, mass);
     frame["com"] = to_json(lumped.com);

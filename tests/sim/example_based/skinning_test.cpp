@@ -208,5 +208,35 @@ TEST(Skinning, SkinsTheListedVerticesOnlyAndSaysWhetherTheyMoved) {
   EXPECT_EQ(state.x[4], rest.x_rest[4]);
 }
 
+// Where no pose turns, eq. 3 is taken as u + sum_e E_ie D_ie. A further example that turns, with no weight, makes the
+// same body take the general way.
+TEST(Skinning, IsTheSameByTheLinearWayWhereNoPoseTurns) {
+  std::mt19937 random(3);
+  const std::vector<Vec3> bones{Vec3(0, 0, -0.8), Vec3::Zero(), Vec3(0, 0, 0.8)};
+  const auto shift = [&] { return BoneTransform{Quat::Identity(), 0.3 * random_vector(random)}; };
+  auto set = make_set(bar_mesh({3, 3, 8}, 0.2), bones, {{shift(), shift(), shift()}, {shift(), {}, shift()}});
+  for (bool rest_moves : {false, true}) {
+    if (rest_moves) set->examples[0].bones[1].t = Vec3(0.1, 0, -0.2);
+    auto turning = std::make_shared<ExampleSet>(*set);
+    turning->examples.push_back({"turned", {turn(30, Vec3::UnitX()), turn(20, Vec3::UnitY()), {}}});
+    const ExampleRest linear = make_rest(set), general = make_rest(turning);
+    ASSERT_TRUE(linear.linear);
+    ASSERT_FALSE(general.linear);
+    for (int i = 0; i < linear.vertex_count(); ++i) {
+      const WeightRow row = random_row(3, random);
+      WeightRow padded = WeightRow::Zero(4);
+      padded.head(3) = row;
+      EXPECT_LT((skin_vertex(linear, i, row) - skin_vertex(general, i, padded)).norm(), 1e-14);
+      const Jacobian J = skinning_jacobian(linear, i, row);
+      ASSERT_EQ(J.cols(), 3);
+      EXPECT_LT((J - skinning_jacobian(general, i, padded).leftCols(3)).norm(), 1e-14);
+      EXPECT_EQ(skin_vertex(linear, i, WeightRow::Unit(3, 0)), linear.x_rest[i]);
+      if (!rest_moves) {
+        EXPECT_EQ(linear.x_rest[i], set->mesh.X[i]);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace crumple::sim::example_based

@@ -18,7 +18,7 @@ double reach(const std::vector<Vec3>& points, const Vec3& n) {
 // What the shape reaches further than its collision proxy does, at most over some directions [m].
 double proxy_lag(const ExampleBody& body) {
   double worst = 0;
-  for (const auto& part : body.rest.hull_vertices) {
+  for (const auto& part : body.rest().hull_vertices) {
     std::vector<Vec3> now;
     for (int i : part) now.push_back(body.state.x[i]);
     for (const Vec3& n : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
@@ -67,7 +67,7 @@ TEST_F(StruckBarrel, ManySmallImpulsesAddUpAtTheirVertex) {
 // The quick way out for bodies at rest must know of regions that yield before the body's beta does.
 TEST_F(StruckBarrel, AWeakRegionYieldsBelowTheBodysBeta) {
   ASSERT_TRUE(body);
-  auto set = std::make_shared<example_based::ExampleSet>(*body->rest.set);
+  auto set = std::make_shared<example_based::ExampleSet>(*body->rest().set);
   set->beta_scale.assign(set->vertex_count(), 1);
   for (int i = 0; i < set->vertex_count(); ++i)
     if (set->mesh.X[i].x() > 0.2) set->beta_scale[i] = 0.1;
@@ -79,6 +79,49 @@ TEST_F(StruckBarrel, AWeakRegionYieldsBelowTheBodysBeta) {
   EXPECT_EQ(step().plastic, 1);
   body->strike(Vec3(-0.33, 0, 0), Vec3(0.4, 0, 0));
   EXPECT_EQ(step().plastic, 0);
+}
+
+// Two barrels, of which the second falls; its parameters change while it is in the air.
+struct Fallen {
+  example_based::WeightMatrix E;
+  double height;
+};
+Fallen fall(const SetExampleParameters& changed) {
+  SceneDescription scene;
+  scene.dt = 0.004;
+  BodyDescription body = barrel("barrel", at(0, 2, 0));
+  body.pose.R_WB = Eigen::AngleAxisd(0.7, Vec3(1, 0, 0.3).normalized());
+  std::get<ExampleModel>(body.model).parameters = {.alpha = 100, .beta = 1, .gamma = 0.4, .lambda = 0.95, .restitution = 1};
+  scene.bodies = {ground(), body};
+  std::get<RigidModel>(scene.bodies[0].model).restitution = 1;
+  auto world = make_world(scene);
+  for (int k = 0; k < 10; ++k) world->step();
+  EXPECT_TRUE(world->submit(changed));
+  for (int k = 0; k < 500; ++k) world->step();
+  return {world->example_weights(1), world->pose(1).p_WB.y()};
+}
+
+TEST(ExampleParameters, EachActsFromTheStepInWhichItIsChanged) {
+  using S = SetExampleParameters;
+  const Fallen as_it_was = fall(S{1});
+  for (const S& changed : {S{1, 50}, S{1, {}, 20}, S{1, {}, {}, 0.2}, S{1, {}, {}, {}, 0.5}}) {
+    EXPECT_GT((fall(changed).E - as_it_was.E).norm(), 0.01);
+  }
+  EXPECT_EQ(fall(S{1, {}, 1e9}).E.leftCols(1), example_based::WeightMatrix::Ones(as_it_was.E.rows(), 1));  // yields to nothing
+  // Restitution: less is lost, it comes back sooner, there was less to begin with.
+  for (const S& changed : {S{1, {}, {}, {}, {}, 50}, S{1, {}, {}, {}, {}, {}, 0.0}, S{1, {}, {}, {}, {}, {}, {}, 0.2}}) {
+    EXPECT_GT(std::abs(fall(changed).height - as_it_was.height), 1e-3);
+  }
+}
+
+TEST(ExampleParameters, AreLimitedAndOfExampleBodiesOnly) {
+  auto world = make_world(empty_space({barrel("barrel", at(0, 0, 0)), ball("ball", 1, 1, at(5, 0, 0))}));
+  const auto bad = world->submit(SetExampleParameters{0, {}, {}, 0.0});
+  ASSERT_FALSE(bad);
+  EXPECT_EQ(bad.error().field, "gamma");
+  const auto rigid = world->submit(SetExampleParameters{1, 1.0});
+  ASSERT_FALSE(rigid);
+  EXPECT_EQ(rigid.error().field, "body");
 }
 
 }  // namespace

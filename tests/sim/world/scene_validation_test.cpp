@@ -298,6 +298,13 @@ const Breach kBreaches[] = {
        s.script.push_back({0.25, s.script[0].command});
      },
      "script[1].time", "below"},
+    {"joint_body", [](S& s) { s.joints = {{0, 3}}; }, "joints[0].b", "is body 3"},
+    {"joint_fem", [](S& s) { s.joints = {{1, 0}}; }, "joints[0].a", "must not be a finite-element body"},
+    {"joint_itself", [](S& s) { s.joints = {{0, 0}}; }, "joints[0].b", "another body"},
+    {"joint_strength", [](S& s) { s.joints = {{0, 2, Vec3::Zero(), -1}}; }, "joints[0].strength", "at least 0"},
+    {"joint_bending", [](S& s) { s.joints = {{0, 2, Vec3::Zero(), 0, kNan}}; }, "joints[0].bending", "number"},
+    {"joint_point", [](S& s) { s.joints = {{0, 2, Vec3(kNan, 0, 0)}}; }, "joints[0].position.x", "finite"},
+    {"joint_breaks", [](S& s) { s.max_breaks_per_step = 0; }, "max_breaks_per_step", "at least 1"},
     {"script_time", [](S& s) { s.script[0].time = kNan; }, "script[0].time", "number"},
 };
 

@@ -125,9 +125,13 @@ TEST(World, StagesAreTimedWhenSomebodyKeepsAClock) {
   std::vector<std::string> names;
   for (const StageTime& stage : world->stage_times()) {
     names.push_back(stage.name);
-    EXPECT_EQ(stage.ms, 1);
+    // inside the deformation of its barrels the clock is asked as well
+    if (std::string(stage.name) == "examples") EXPECT_GT(stage.ms, 1);
+    else EXPECT_EQ(stage.ms, 1) << stage.name;
   }
   EXPECT_EQ(names, (std::vector<std::string>{"commands", "kinematic", "detect", "assemble", "guard", "solve", "rigid", "examples", "plasticity", "fracture", "sleep"}));
+  const ExampleStageTimes& parts = world->example_times();
+  for (double ms : {parts.locate, parts.projection, parts.propagation}) EXPECT_GT(ms, 0);
 }
 
 TEST(World, ABadSceneMakesNoWorld) {
