@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/error.h"
+#include "server/authoring/deformed_shape.h"
 #include "server/authoring/embedded_skinning.h"
 #include "server/sim/example_based/example_set.h"
 
@@ -8,13 +9,6 @@
 #include <string>
 
 namespace crumple::authoring {
-
-// A deformed copy of a surface: the same vertices in the same order, elsewhere (a morph target, a frame of a
-// simulation).
-struct DeformedShape {
-  std::string name;
-  std::vector<Vec3> vertices;  // [m]
-};
 
 // How far a pose is from the shape it was fitted to.
 struct PoseResidual {
