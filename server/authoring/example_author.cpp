@@ -112,7 +112,8 @@ Result<ExampleReport> ExampleAuthor::add_copy(const DeformedShape& copy) {
     const std::vector<Vec3> rest = samples.at(surface.vertices);
     drawn_ = {std::move(samples), rest, EmbeddedSkinning(set_.mesh, set_.W, rest)};
   }
-  auto fitted = pose_from_shape(drawn_->skinning, drawn_->rest, {copy.name, drawn_->samples.at(copy.vertices)});
+  auto fitted = pose_from_shape(drawn_->skinning, drawn_->rest, {copy.name, drawn_->samples.at(copy.vertices)},
+                                "copies", kTurnPenalty);
   if (!fitted) return std::unexpected(fitted.error());
   set_.examples.push_back(std::move(fitted->example));
   const PoseResidual& residual = fitted->residual;

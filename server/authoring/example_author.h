@@ -22,6 +22,9 @@ struct NamedPose {
 // What the handles do that a pose does not name: what keeps the body as rigid as possible, or nothing.
 enum class UnnamedHandles { free, held };
 
+// Of copies (pose_from_shape.h) [-].
+inline constexpr double kTurnPenalty = 0.01;
+
 struct ExampleReport {
   std::string name;
   enum class Source { animation, copy, handles, crushed } source = Source::crushed;

@@ -66,6 +66,7 @@ Result<Eigen::MatrixXd> grown_weights(const ArtistMesh& mesh, const RigOptions& 
   for (const Vec3& p : points_of(set.handles)) given.handles.push_back(Handle::point(p));
   ShapeRigOptions options{.tolerance = o.tolerance, .most_handles = o.most_handles};
   options.first_handles = std::min(options.first_handles, options.most_handles);
+  options.turn_penalty = kTurnPenalty;
   options.weights.reach = reach_of(set.mesh, set.handles, report);
   auto rig = rig_from_shapes(set.mesh, set.render, mesh.copies, given, options);
   if (!rig) return std::unexpected(rig.error());

@@ -98,7 +98,7 @@ Result<ShapeRig> rig_from_shapes(const sim::TetMesh& mesh, const sim::SurfaceMes
     const EmbeddedSkinning skinning(mesh, weights->W, rest);
     std::vector<FittedPose> poses;
     for (size_t k = 0; k < targets.size(); ++k) {
-      auto pose = pose_from_shape(skinning, rest, targets[k], text("shapes[", k, "]"));
+      auto pose = pose_from_shape(skinning, rest, targets[k], text("shapes[", k, "]"), options.turn_penalty);
       if (!pose) return std::unexpected(pose.error());
       poses.push_back(std::move(*pose));
     }

@@ -11,6 +11,7 @@ struct ShapeRigOptions {
   int most_handles = 64;    // [1, kMaxBones]
   int first_handles = 4;    // placed where none are given (place_handles), [1, most_handles]
   BiharmonicOptions weights = {};
+  double turn_penalty = 0;  // of pose_from_shape [-]
 };
 
 // One round of rig_from_shapes.
