@@ -27,9 +27,10 @@ namespace {
 std::string option_of(const std::string& field) {
   constexpr std::pair<const char*, const char*> kOptions[] = {
       {"cell_size", "--cell-size"},       {"tet_budget", "--tets"},
-      {"automatic_handles", "--auto"},    {"painted_weights", "--painted-weights"},
+      {"automatic_handles", "--auto"},    {"weights", "--weights"},
       {"painted_regions", "--regions"},   {"crush_depth", "--crush-depth"},
       {"convex_parts", "--convex-parts"}, {"depth", "--depth"},
+      {"tolerance", "--tolerance"},       {"most_handles", "--most-handles"},
       {"yield_strain", "--yield"}};
   for (const auto& [name, option] : kOptions)
     if (field == name) return option;
@@ -76,7 +77,7 @@ Result<ExampleSet> read_set(const std::string& file) {
 
 // What makes an asset of a mesh.
 struct MakeCommand {
-  std::string mesh, handles, poses, crushed = "auto";
+  std::string mesh, handles, poses, crushed = "auto", weights = "auto";
   authoring::RigOptions options;
   bool turn_only = false;
 
@@ -89,7 +90,14 @@ struct MakeCommand {
     app.add_option("--auto", options.automatic_handles,
                    "handles added on the surface; default: 24 where there is no other, else 0")
         ->check(CLI::Range(0, 1024));
-    app.add_flag("--painted-weights", options.painted_weights, "the mesh's own joint weights instead of computed ones");
+    app.add_option("--weights", weights,
+                   "painted: the mesh's own joint weights; biharmonic: bounded, of the tets' shape; gaussian: of "
+                   "distance; auto: painted where the mesh has them and no handle is added, else biharmonic")
+        ->check(CLI::IsMember({"auto", "painted", "biharmonic", "gaussian"}))
+        ->capture_default_str();
+    app.add_option("--tolerance", options.tolerance,
+                   "handles are added until each morph target is met to this part of its displacement, (0, 1]");
+    app.add_option("--most-handles", options.most_handles, "of all handles, with --tolerance")->capture_default_str();
     app.add_flag("--regions", options.painted_regions, "vertex colours scale alpha (red) and beta (blue)");
     app.add_flag("--turn-only", turn_only,
                  "joints that an animation scales are turned only, with a warning; default: an error");
@@ -108,6 +116,11 @@ struct MakeCommand {
     options.crushed = crushed == "always"  ? Crushed::always
                       : crushed == "never" ? Crushed::never
                                            : Crushed::where_no_other;
+    using Weights = authoring::RigOptions::Weights;
+    options.weights = weights == "painted"      ? Weights::painted
+                      : weights == "biharmonic" ? Weights::bounded_biharmonic
+                      : weights == "gaussian"   ? Weights::gaussian
+                                                : Weights::by_mesh;
     progress.show(0, "reading " + mesh);
     const auto artist =
         io::import_artist_mesh(mesh, turn_only ? io::ScaledJoints::turn_only : io::ScaledJoints::reject);
@@ -145,12 +158,16 @@ struct MakeCommand {
 struct PoseCommand {
   std::string asset, name;
   std::vector<std::tuple<std::string, double, double, double>> moves, turns;
+  bool hold = false;
 
   void add_to(CLI::App& app) {
     app.add_option("asset", asset, "an asset of crumple-rig")->required();
     app.add_option("--name", name, "of the new example")->required();
-    app.add_option("--handle", moves, "NAME X Y Z: where a handle goes [m]; again for the next one");
-    app.add_option("--turn", turns, "NAME X Y Z: how it turns, axis times angle [degrees]");
+    app.add_option("--handle", moves,
+                   "NAME X Y Z: where a handle goes [m]; again for the next one. How it "
+                   "turns, and what handles do that are not named, keeps the body as rigid as possible");
+    app.add_option("--turn", turns, "NAME X Y Z: how it turns, axis times angle [degrees]; 0 0 0: not at all");
+    app.add_flag("--hold", hold, "handles that are not named stay as they are at rest");
   }
 
   int run(rig::RigOutputs outputs) const {
@@ -162,7 +179,7 @@ struct PoseCommand {
     const auto move_of = [&](const std::string& handle) -> authoring::HandleMove& {
       const auto at = std::ranges::find(pose.moves, handle, &authoring::HandleMove::handle);
       if (at != pose.moves.end()) return *at;
-      return pose.moves.emplace_back(authoring::HandleMove{.handle = handle, .position = {}});
+      return pose.moves.emplace_back(authoring::HandleMove{.handle = handle, .position = {}, .rotation = {}});
     };
     for (const auto& [handle, x, y, z] : moves) {
       auto& move = move_of(handle);
@@ -171,12 +188,17 @@ struct PoseCommand {
     }
     for (const auto& [handle, x, y, z] : turns) {
       const Vec3 turn = Vec3(x, y, z) * (M_PI / 180);
-      if (turn.norm() > 0) move_of(handle).rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized());
+      move_of(handle).rotation =
+          turn.norm() > 0 ? Quat(Eigen::AngleAxisd(turn.norm(), turn.normalized())) : Quat::Identity();
     }
     if (pose.moves.empty())
       return fail(invalid("--handle", "is missing, must name a handle and where it goes").error());
-    if (auto added = authoring::add_held_pose(*set, pose); !added) return fail(added.error(), asset);
+    using authoring::UnnamedHandles;
+    const auto added =
+        authoring::ExampleAuthor(*set).add_pose(pose, hold ? UnnamedHandles::held : UnnamedHandles::free);
+    if (!added) return fail(added.error(), asset);
     json result = rig::summary(*set);
+    result["posed"] = rig::summary(*added);
     if (auto written = outputs.write(*set, result); !written) return fail(written.error());
     std::cout << result.dump(2) << "\n";
     return 0;
@@ -226,6 +248,7 @@ struct CrushCommand {
       result = rig::summary(made->report);
     }
     result["crushed"] = json::array();
+    authoring::ExampleAuthor author(set);
     for (const std::string& side : sides) {
       options.from_max = side[0] == '+';
       options.axis = side[1] - 'x';
@@ -233,7 +256,7 @@ struct CrushCommand {
       const auto crushed =
           rig::crush(set, example, options, [&](double done) { progress.show(done, "pressing " + side); });
       if (!crushed) return fail(crushed.error(), make.mesh);
-      const auto fitted = authoring::add_copy(set, crushed->copy);
+      const auto fitted = author.add_copy(crushed->copy);
       if (!fitted) return fail(fitted.error(), make.mesh);
       json one = rig::summary(*fitted);
       one["thickness"] = crushed->report.thickness;

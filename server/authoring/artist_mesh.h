@@ -1,17 +1,9 @@
 #pragma once
 
+#include "server/authoring/deformed_shape.h"
 #include "server/sim/example_based/example_set.h"
 
-#include <string>
-#include <vector>
-
 namespace crumple::authoring {
-
-// A deformed copy of a surface, vertex by vertex: a morph target, or what a simulation left.
-struct DeformedCopy {
-  std::string name;
-  std::vector<Vec3> vertices;  // one a vertex of the surface [m]
-};
 
 // What an artist hands over: a surface, and as much of a rig as there is. V vertices, H handles.
 struct ArtistMesh {
@@ -19,7 +11,7 @@ struct ArtistMesh {
   std::vector<sim::example_based::Handle> handles;
   Eigen::MatrixXd weights;  // V x H: painted joint weights, rows sum to 1 or, where nothing is painted, 0; or empty
   std::vector<sim::example_based::Example> poses;  // of the handles, without the rest pose
-  std::vector<DeformedCopy> copies;
+  std::vector<DeformedShape> copies;
   std::vector<Vec3> colours;          // V: linear red, green, blue in [0, 1]; or empty
   std::vector<std::string> warnings;  // what a user should know
 };

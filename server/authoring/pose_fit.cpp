@@ -54,4 +54,16 @@ sim::example_based::Example fit_example(std::string name, const Eigen::MatrixXd&
   return out;
 }
 
+std::vector<Vec3> skinned(const sim::example_based::ExampleSet& set,
+                          const std::vector<sim::example_based::BoneTransform>& T) {
+  std::vector<Vec3> x(set.mesh.X.size(), Vec3::Zero());
+  std::vector<Mat3> R;
+  for (const auto& bone : T) R.push_back(bone.q.normalized().toRotationMatrix());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    for (std::size_t b = 0; b < T.size(); ++b)
+      if (const double w = set.W(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(b)); w != 0)
+        x[i] += w * (R[b] * set.mesh.X[i] + T[b].t);
+  return x;
+}
+
 }  // namespace crumple::authoring

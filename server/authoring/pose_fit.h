@@ -24,4 +24,8 @@ sim::example_based::Example fit_example(std::string name, const Eigen::MatrixXd&
                                         std::span<const Vec3> bones, const PoseField& field,
                                         BoneRotations rotations = BoneRotations::none);
 
+// x_i = sum_b W_ib T_b u_i [Jones et al. 2016, eq. 1] for all vertices of the set [m].
+std::vector<Vec3> skinned(const sim::example_based::ExampleSet& set,
+                          const std::vector<sim::example_based::BoneTransform>& T);
+
 }  // namespace crumple::authoring

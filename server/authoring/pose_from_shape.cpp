@@ -18,8 +18,8 @@ using Motions = std::vector<HandleMotion>;
 // The least-squares problem of one shape.
 class ShapeFit {
  public:
-  ShapeFit(const EmbeddedSkinning& skin, std::span<const Vec3> target)
-      : skin_(skin), target_(target), B_(skin.handle_count()), w2_(B_, 0.0) {
+  ShapeFit(const EmbeddedSkinning& skin, std::span<const Vec3> target, double turn_penalty)
+      : skin_(skin), target_(target), B_(skin.handle_count()), w2_(B_, 0.0), mu_(B_, 0.0) {
     gram_ = Eigen::MatrixXd::Zero(4 * B_, 4 * B_);
     std::vector<Eigen::Vector4d> h;
     for (int v = 0; v < skin.point_count(); ++v) {
@@ -33,7 +33,10 @@ class ShapeFit {
     Eigen::MatrixXd A(B_, B_);
     for (int k = 0; k < B_; ++k)
       for (int j = 0; j <= k; ++j) A(k, j) = A(j, k) = gram_(4 * k + 3, 4 * j + 3);
-    for (int b = 0; b < B_; ++b) w2_[b] = A(b, b);
+    for (int b = 0; b < B_; ++b) {
+      w2_[b] = A(b, b);
+      mu_[b] = turn_penalty * gram_.block<3, 3>(4 * b, 4 * b).trace();
+    }
     A.diagonal().array() += 1e-9 * A.trace() / B_;  // a step towards the optimum where A is singular
     translations_.compute(A);
   }
@@ -48,6 +51,7 @@ class ShapeFit {
   double energy(const Motions& m) const {
     double sum = 0;
     for (const Vec3& r : residuals(m)) sum += r.squaredNorm();
+    for (int b = 0; b < B_; ++b) sum += mu_[b] * (m[b].R - Mat3::Identity()).squaredNorm();
     return sum;
   }
 
@@ -69,7 +73,7 @@ class ShapeFit {
     for (int b = 0; b < B_; ++b) {
       if (!(w2_[b] > 0)) continue;
       const HandleMotion before = m[b];
-      Mat3 H = Mat3::Zero();
+      Mat3 H = mu_[b] * Mat3::Identity();
       Vec3 s = Vec3::Zero();
       for (const auto& [v, term] : of[b]) {
         const Vec3 wanted = r[v] + before.R * term->Y + term->w * before.s;
@@ -103,6 +107,11 @@ class ShapeFit {
         g.segment<3>(6 * term.handle) += (m[term.handle].R * term.Y).cross(r[v]);
         g.segment<3>(6 * term.handle + 3) += term.w * r[v];
       }
+    for (int b = 0; b < B_; ++b) {  // of mu |R - I|^2 = 2 mu (3 - tr R)
+      const Mat3 skew = m[b].R - m[b].R.transpose();
+      A.block<3, 3>(6 * b, 6 * b).diagonal().array() += 2 * mu_[b];
+      g.segment<3>(6 * b) -= mu_[b] * Vec3(skew(2, 1), skew(0, 2), skew(1, 0));
+    }
   }
 
   Motions moved(const Motions& m, const Eigen::VectorXd& step) const {
@@ -120,7 +129,7 @@ class ShapeFit {
   const EmbeddedSkinning& skin_;
   std::span<const Vec3> target_;
   int B_;
-  std::vector<double> w2_;
+  std::vector<double> w2_, mu_;
   Eigen::MatrixXd gram_;  // 4B x 4B, lower blocks: sum over vertices of (Y, w)_k (Y, w)_j^T
   Eigen::LDLT<Eigen::MatrixXd> translations_;
 };
@@ -191,11 +200,11 @@ Result<void> check_shape(const DeformedShape& shape, size_t vertices, const std:
 }  // namespace
 
 Result<FittedPose> pose_from_shape(const EmbeddedSkinning& skinning, std::span<const Vec3> rest,
-                                   const DeformedShape& shape, const std::string& field) {
+                                   const DeformedShape& shape, const std::string& field, double turn_penalty) {
   assert(static_cast<int>(rest.size()) == skinning.point_count());
   if (auto ok = check_shape(shape, rest.size(), field); !ok) return std::unexpected(ok.error());
   FittedPose out;
-  const ShapeFit problem(skinning, shape.vertices);
+  const ShapeFit problem(skinning, shape.vertices, turn_penalty);
   const Motions motions = fit(problem, skinning.rest(), out.residual);
   out.left_over = problem.residuals(motions);
   measure(out.left_over, rest, shape.vertices, out.residual);

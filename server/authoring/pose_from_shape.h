@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/error.h"
+#include "server/authoring/deformed_shape.h"
 #include "server/authoring/embedded_skinning.h"
 #include "server/sim/example_based/example_set.h"
 
@@ -8,13 +9,6 @@
 #include <string>
 
 namespace crumple::authoring {
-
-// A deformed copy of a surface: the same vertices in the same order, elsewhere (a morph target, a frame of a
-// simulation).
-struct DeformedShape {
-  std::string name;
-  std::vector<Vec3> vertices;  // [m]
-};
 
 // How far a pose is from the shape it was fitted to.
 struct PoseResidual {
@@ -43,9 +37,12 @@ struct FittedPose {
 // takes its best rotation and translation at once, the others fixed (orthogonal Procrustes: the polar factor of sum_v
 // Y_vb r_vb^T, r what the others leave over), then all translations together by a linear solve. Then damped
 // Gauss-Newton (Levenberg-Marquardt) on all motions. No sweep and no step raises the energy. Translations that the
-// surface does not feel keep what they had. rest: the surface at rest. Errors: another number of vertices than at rest,
-// vertices that are not finite.
+// surface does not feel keep what they had. turn_penalty p >= 0 [-] adds p sum_b |R_b - 1|^2 sum_v |Y_vb|^2: a handle
+// that the surface hardly feels may else turn far for next to nothing, and what it carries goes far astray between rest
+// and pose, where the path is no straight line. rest: the surface at rest. Errors: another number of vertices than at
+// rest, vertices that are not finite.
 Result<FittedPose> pose_from_shape(const EmbeddedSkinning& skinning, std::span<const Vec3> rest,
-                                   const DeformedShape& shape, const std::string& field = "shape");
+                                   const DeformedShape& shape, const std::string& field = "shape",
+                                   double turn_penalty = 0);
 
 }  // namespace crumple::authoring

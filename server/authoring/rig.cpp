@@ -1,11 +1,9 @@
 #include "server/authoring/rig.h"
 
 #include "common/text.h"
-#include "server/authoring/bounded_biharmonic_weights.h"
 #include "server/authoring/boundary_fit.h"
 #include "server/authoring/convex_parts.h"
 #include "server/authoring/handle_placement.h"
-#include "server/authoring/handle_weights.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,15 +29,6 @@ Result<void> check_bones(int bones) {
   return {};
 }
 
-Result<Eigen::MatrixXd> make_weights(const sim::TetMesh& mesh, const std::vector<Vec3>& bones, RigWeights weights) {
-  if (weights == RigWeights::gaussian) return handle_weights(mesh.X, bones);
-  Handles handles;
-  for (const Vec3& p : bones) handles.handles.push_back(Handle::point(p));
-  auto biharmonic = bounded_biharmonic_weights(mesh, handles);
-  if (!biharmonic) return std::unexpected(biharmonic.error());
-  return std::move(biharmonic->W);
-}
-
 }  // namespace
 
 Result<Rig> make_rig(const sim::SurfaceMesh& surface, const EnclosingOptions& enclosing, const BonePlacement& place,
@@ -53,9 +42,9 @@ Result<Rig> make_rig(const sim::SurfaceMesh& surface, const EnclosingOptions& en
   rig.bones = place(rig.set.mesh, rig.surface);
   const int B = static_cast<int>(rig.bones.size());
   if (auto valid = check_bones(B); !valid) return std::unexpected(valid.error());
-  auto W = make_weights(rig.set.mesh, rig.bones, weights);
-  if (!W) return std::unexpected(W.error());
-  rig.set.W = std::move(*W);
+  auto weighed = rig_weights(rig.set.mesh, rig.bones, weights);
+  if (!weighed) return std::unexpected(weighed.error());
+  rig.set.W = std::move(weighed->W);
   rig.set.examples = {rest_example(B)};
   rig.set.render = surface;
   return rig;

@@ -2,20 +2,14 @@
 
 #include "server/authoring/enclosing_mesh.h"
 #include "server/authoring/pose_fit.h"
+#include "server/authoring/rig_weights.h"
 
 namespace crumple::authoring {
 
-// How a rig's weights are made.
-//   gaussian            of the distance to each bone (handle_weights.h): no time at all, whatever the shape
-//   bounded_biharmonic  of the shape (bounded_biharmonic_weights.h): they do not leak across gaps. 0.13 s to 0.16 s for
-//                       1,000 to 1,600 vertices and 18 to 32 bones, where a barrel takes 0.7 s in all and a car 2.1 s.
-// Generated barrels and cars keep the first: they have no gaps that a bone could act across, and their poses and the
-// scenes that use them are tuned with it.
-enum class RigWeights { gaussian, bounded_biharmonic };
-
 // What every generated asset shares: tets drawn onto the surface (boundary_fit.h), bones on them (handle_placement.h),
-// weights (RigWeights), and the surface itself as the graphical mesh. Examples and convex parts are for the
-// caller to add.
+// weights (rig_weights.h), and the surface itself as the graphical mesh. Examples and convex parts are for the
+// caller to add. Barrels and cars keep Gaussian weights: they have no gaps that a bone could act across, and their
+// poses and the scenes that use them are tuned with those.
 struct Rig {
   sim::example_based::ExampleSet set;  // mesh, W, render; examples = {rest}
   std::vector<Vec3> bones;             // rest positions [m]

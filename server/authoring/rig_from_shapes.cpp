@@ -2,6 +2,8 @@
 
 #include "common/text.h"
 #include "server/authoring/handle_placement.h"
+#include "server/authoring/surface_samples.h"
+#include "server/authoring/tet_laplacian.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +42,7 @@ std::vector<double> relative_errors(const std::vector<FittedPose>& poses) {
 
 // At most `count` points more, at free nodes near the worst vertices, each half as far from all others as handles are
 // apart when `total` of them are spread over the box.
-int add_points(const sim::TetMesh& mesh, const std::vector<int>& nodes, const sim::SurfaceMesh& surface,
+int add_points(const sim::TetMesh& mesh, const std::vector<int>& nodes, const std::vector<Vec3>& rest,
                const std::vector<double>& errors, int count, int total, Handles& handles) {
   Eigen::AlignedBox3d box;
   for (const Vec3& X : mesh.X) box.extend(X);
@@ -56,7 +58,7 @@ int add_points(const sim::TetMesh& mesh, const std::vector<int>& nodes, const si
   };
   for (const int v : by_error) {
     if (static_cast<int>(fresh.size()) == count || !(errors[v] > 0)) break;
-    const Vec3& wanted = surface.vertices[v];
+    const Vec3& wanted = rest[v];
     const int node = *std::ranges::min_element(nodes, {}, [&](int i) { return (mesh.X[i] - wanted).squaredNorm(); });
     if (!too_near(mesh.X[node])) fresh.push_back(mesh.X[node]);
   }
@@ -72,6 +74,16 @@ Result<ShapeRig> rig_from_shapes(const sim::TetMesh& mesh, const sim::SurfaceMes
   if (auto ok = check(options, shapes.size()); !ok) return std::unexpected(ok.error());
   if (auto ok = sim::validate(mesh, "mesh"); !ok) return std::unexpected(ok.error());
   if (auto ok = sim::validate(surface, "surface"); !ok) return std::unexpected(ok.error());
+  const SurfaceSamples samples(surface, mean_edge_length(mesh));
+  const std::vector<Vec3> rest = samples.at(surface.vertices);
+  std::vector<DeformedShape> targets;
+  for (size_t k = 0; k < shapes.size(); ++k) {
+    if (shapes[k].vertices.size() != surface.vertices.size())
+      return invalid(text("shapes[", k, "].vertices"),
+                     text("holds ", shapes[k].vertices.size(), " vertices, must hold ", surface.vertices.size(),
+                          " as the surface at rest"));
+    targets.push_back({shapes[k].name, samples.at(shapes[k].vertices)});
+  }
   const std::vector<int> nodes = surface_nodes(mesh.tets);
   Handles handles = given;
   if (handles.handles.empty())
@@ -83,10 +95,10 @@ Result<ShapeRig> rig_from_shapes(const sim::TetMesh& mesh, const sim::SurfaceMes
   for (bool more = true; more;) {
     auto weights = bounded_biharmonic_weights(mesh, handles, options.weights);
     if (!weights) return std::unexpected(weights.error());
-    const EmbeddedSkinning skinning(mesh, weights->W, surface.vertices);
+    const EmbeddedSkinning skinning(mesh, weights->W, rest);
     std::vector<FittedPose> poses;
-    for (size_t k = 0; k < shapes.size(); ++k) {
-      auto pose = pose_from_shape(skinning, surface.vertices, shapes[k], text("shapes[", k, "]"));
+    for (size_t k = 0; k < targets.size(); ++k) {
+      auto pose = pose_from_shape(skinning, rest, targets[k], text("shapes[", k, "]"), options.turn_penalty);
       if (!pose) return std::unexpected(pose.error());
       poses.push_back(std::move(*pose));
     }
@@ -96,8 +108,8 @@ Result<ShapeRig> rig_from_shapes(const sim::TetMesh& mesh, const sim::SurfaceMes
     const std::vector<double> errors = relative_errors(poses);
     if (better) best = {handles, std::move(weights->W), std::move(poses), {}, relative <= options.tolerance};
     const int room = std::min(options.most_handles - handles.count(), std::max(1, handles.count() / 4));
-    more = !best.reached && room > 0 &&
-           add_points(mesh, nodes, surface, errors, room, handles.count() + room, handles) > 0;
+    more =
+        !best.reached && room > 0 && add_points(mesh, nodes, rest, errors, room, handles.count() + room, handles) > 0;
   }
   best.rounds = std::move(rounds);
   return best;

@@ -257,7 +257,7 @@ void add_morphed_copies(const GltfDocument& document, const std::vector<MorphKey
     }
   const std::size_t targets = out.copies.size();
   for (const std::string& animation : order) {
-    authoring::DeformedCopy copy{animation, out.surface.vertices};
+    authoring::DeformedShape copy{animation, out.surface.vertices};
     for (std::size_t t = 0; t < targets; ++t) {
       const auto at = blend[animation].find(out.copies[t].name);
       if (at == blend[animation].end()) continue;

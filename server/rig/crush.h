@@ -21,7 +21,7 @@ struct CrushReport {
 };
 
 struct Crushed {
-  authoring::DeformedCopy copy;  // of the set's render surface, moved back over the rest shape (least squares)
+  authoring::DeformedShape copy;  // of the set's render surface, moved back over the rest shape (least squares)
   CrushReport report;
 };
 

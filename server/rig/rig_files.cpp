@@ -57,7 +57,7 @@ Result<std::vector<authoring::NamedPose>> read_poses(const std::filesystem::path
     authoring::NamedPose pose{p.name(), {}};
     for (const v1::HandleMove& m : p.moves()) {
       const std::string at = text("poses[", poses.size(), "].moves[", pose.moves.size(), "]");
-      authoring::HandleMove move{.handle = m.handle(), .position = {}};
+      authoring::HandleMove move{.handle = m.handle(), .position = {}, .rotation = {}};
       if (m.has_position()) move.position = scene_convert::to_vec3(m.position());
       if (m.has_rotation()) {
         const auto q = scene_convert::to_rotation(m.rotation(), at + ".rotation");

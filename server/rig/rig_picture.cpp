@@ -1,7 +1,7 @@
 #include "server/rig/rig_picture.h"
 
 #include "common/text.h"
-#include "server/authoring/rig_methods.h"
+#include "server/authoring/pose_fit.h"
 #include "server/io/png_writer.h"
 #include "server/lab/scene_picture.h"
 #include "server/lab/raster.h"

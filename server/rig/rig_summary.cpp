@@ -18,13 +18,22 @@ const char* source_name(authoring::ExampleReport::Source source) {
   return "crushed";
 }
 
+const char* weights_name(authoring::RigOptions::Weights weights) {
+  using Weights = authoring::RigOptions::Weights;
+  return weights == Weights::painted ? "painted" : weights == Weights::gaussian ? "gaussian" : "biharmonic";
+}
+
 }  // namespace
 
 nlohmann::json summary(const authoring::ExampleReport& e) {
+  using Source = authoring::ExampleReport::Source;
   nlohmann::json out{{"name", e.name}, {"source", source_name(e.source)}};
-  if (e.source == authoring::ExampleReport::Source::copy) {
+  if (e.source == Source::copy || e.source == Source::crushed) {
     out["residual_rms"] = e.residual_rms;
     out["residual_largest"] = e.residual_largest;
+    out["residual_relative"] = e.residual_relative;
+  } else if (e.strain > 0) {
+    out["strain"] = e.strain;
   }
   return out;
 }
@@ -32,18 +41,24 @@ nlohmann::json summary(const authoring::ExampleReport& e) {
 nlohmann::json summary(const authoring::RigReport& r) {
   nlohmann::json examples = nlohmann::json::array();
   for (const auto& e : r.examples) examples.push_back(summary(e));
-  return {{"vertices", r.vertices},
-          {"triangles", r.triangles},
-          {"vertices_enclosed", r.vertices_enclosed},
-          {"vertices_enclosed_percent", r.vertices > 0 ? 100.0 * r.vertices_enclosed / r.vertices : 0.0},
-          {"cell_size", r.enclosing.cell_size},
-          {"parts", r.enclosing.bodies},
-          {"pinched_nodes", r.enclosing.pinched_nodes},
-          {"nodes", r.nodes},
-          {"tets", r.tets},
-          {"handles", {{"given", r.given_handles}, {"automatic", r.automatic_handles}}},
-          {"examples", examples},
-          {"warnings", r.warnings}};
+  nlohmann::json out{{"vertices", r.vertices},
+                     {"triangles", r.triangles},
+                     {"vertices_enclosed", r.vertices_enclosed},
+                     {"vertices_enclosed_percent", r.vertices > 0 ? 100.0 * r.vertices_enclosed / r.vertices : 0.0},
+                     {"cell_size", r.enclosing.cell_size},
+                     {"parts", r.enclosing.bodies},
+                     {"pinched_nodes", r.enclosing.pinched_nodes},
+                     {"nodes", r.nodes},
+                     {"tets", r.tets},
+                     {"handles", {{"given", r.given_handles}, {"automatic", r.automatic_handles}}},
+                     {"examples", examples},
+                     {"weights", weights_name(r.weights)},
+                     {"warnings", r.warnings}};
+  if (r.rounds.empty()) return out;
+  out["tolerance_met"] = r.tolerance_met;
+  for (const auto& round : r.rounds)
+    out["rounds"].push_back({{"handles", round.handles}, {"residual_relative", round.relative}});
+  return out;
 }
 
 nlohmann::json summary(const sim::example_based::ExampleSet& set) {

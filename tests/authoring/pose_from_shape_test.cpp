@@ -172,6 +172,24 @@ TEST(PoseFromShapeSlow, ThirtyTwoHandles) {
               seconds, found->residual.sweeps, found->residual.steps, found->residual.relative());
 }
 
+TEST(PoseFromShape, ATurnPenaltyKeepsHandlesUpright) {
+  const Bar bar(8);
+  const EmbeddedSkinning skinning(bar.mesh, bar.W, bar.surface.vertices);
+  const auto fit = [&](double penalty) {
+    return *pose_from_shape(skinning, bar.surface.vertices, bar.moved(bent()), "shape", penalty);
+  };
+  const auto largest_turn = [](const FittedPose& pose) {
+    double turn = 0;
+    for (const auto& bone : pose.example.bones) turn = std::max(turn, bone.q.angularDistance(Quat::Identity()));
+    return turn;
+  };
+  const FittedPose freely = fit(0), little = fit(0.01), upright = fit(100);
+  EXPECT_GT(largest_turn(freely), 0.3);
+  EXPECT_LT(largest_turn(upright), 0.05);
+  EXPECT_LT(freely.residual.rms, little.residual.rms);
+  EXPECT_LT(little.residual.rms, upright.residual.rms);
+}
+
 // ---- a rig for given shapes
 TEST(RigFromShapes, AddsHandlesUntilABentBarIsMet) {
   const Bar bar(2);

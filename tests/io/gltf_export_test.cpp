@@ -1,7 +1,7 @@
 #include "server/io/gltf_export.h"
 
 #include "server/authoring/painted_regions.h"
-#include "server/authoring/rig_methods.h"
+#include "server/authoring/pose_fit.h"
 #include "server/authoring/rig_pipeline.h"
 #include "server/io/rig_import.h"
 #include "server/sim/mesh/embedding.h"

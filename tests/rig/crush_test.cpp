@@ -1,6 +1,7 @@
 #include "server/rig/crush.h"
 
 #include "server/authoring/painted_regions.h"
+#include "server/authoring/pose_fit.h"
 #include "server/authoring/rig_pipeline.h"
 #include "server/authoring/shapes/barrel.h"
 #include "server/sim/world.h"
@@ -83,7 +84,7 @@ TEST(Crush, ThePoseFitsWhatWasPressed) {
   auto set = block();
   const auto crushed = crush(set, "pressed", {.depth = 0.3});
   ASSERT_TRUE(crushed) << crushed.error().text();
-  const auto fitted = authoring::add_copy(set, crushed->copy);
+  const auto fitted = authoring::ExampleAuthor(set).add_copy(crushed->copy);
   ASSERT_TRUE(fitted) << fitted.error().text();
   EXPECT_LT(fitted->residual_rms, 0.04);  // of a body 2 m long, pressed by 0.6 m
   EXPECT_TRUE(sim::example_based::validate(set, "asset"));
@@ -103,7 +104,7 @@ TEST(Crush, ABarrelStruckDentsTowardsWhatWasPressed) {
   const auto crushed = crush(set, "pressed", {.axis = 0, .from_max = true, .depth = 0.4, .threads = 2});
   ASSERT_TRUE(crushed) << crushed.error().text();
   EXPECT_LT(crushed->report.thickness, 0.75) << "looks crushed";
-  const auto fitted = authoring::add_copy(set, crushed->copy);
+  const auto fitted = authoring::ExampleAuthor(set).add_copy(crushed->copy);
   ASSERT_TRUE(fitted) << fitted.error().text();
   EXPECT_GT(fitted->residual_rms, 0);
   EXPECT_LT(fitted->residual_rms, 0.05 * before.x());
