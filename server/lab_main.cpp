@@ -6,6 +6,7 @@
 #include "server/lab/chart/chart_command.h"
 #include "server/lab/chart/timeline_command.h"
 #include "server/lab/destruction_scenes.h"
+#include "server/lab/example_kernels.h"
 #include "server/lab/example_replay.h"
 #include "server/lab/impulse_tuning.h"
 #include "server/lab/material_preview.h"
@@ -280,6 +281,16 @@ int main(int argc, char** argv) {
       exit_code = file.flush() ? print({{"frames", (*result)["outputs"]["frames"].size()}})
                                : fail({ErrorCode::invalid_argument, "--out", "cannot be written: " + replay_out});
     }
+  });
+
+  lab::ExampleKernelOptions kernels;
+  auto* e = app.add_subcommand("kernels", "skinning of the generated car, and one impulse on it: medians alone, in microseconds");
+  e->add_option("--cell-size", kernels.cell_size, "of the car's lattice [m]")->capture_default_str();
+  e->add_option("--threads", kernels.threads)->check(CLI::Range(1, 256))->capture_default_str();
+  e->add_option("--repeats", kernels.repeats)->capture_default_str();
+  e->callback([&] {
+    const auto result = lab::time_example_kernels(kernels);
+    exit_code = result ? print(*result) : fail(result.error());
   });
 
   TrajectoryCommand trajectory;

@@ -56,7 +56,8 @@ void PropagationCache::add_reached(std::span<const WeightChange> sites, std::vec
     for (const Influence& reached : influences(site.vertex))
       if (!std::exchange(marked_[reached.vertex], 1)) active.push_back(reached.vertex);
   for (int i : active) marked_[i] = 0;
-  std::sort(active.begin() + before, active.end());
+  // What one site reaches is ascending already.
+  if (!std::is_sorted(active.begin() + before, active.end())) std::sort(active.begin() + before, active.end());
   std::inplace_merge(active.begin(), active.begin() + before, active.end());
 }
 
@@ -76,8 +77,8 @@ void propagate(const ExampleRest& rest, const ExampleParameters& parameters, std
   cache.add_reached(changes, active);
   if (parameters.raw_rates) return;
   for (int i : active) {
-    const double norm = dE.row(i).norm();
-    if (norm > kMaxAccumulated) dE.row(i) *= kMaxAccumulated / norm;
+    const double squared = dE.row(i).squaredNorm();
+    if (squared > kMaxAccumulated * kMaxAccumulated) dE.row(i) *= kMaxAccumulated / std::sqrt(squared);
   }
 }
 
