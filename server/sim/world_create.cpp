@@ -20,7 +20,7 @@ Result<void> World::Impl::make_bodies() {
     if (const auto* fem = std::get_if<FemModel>(&body.model)) {
       kept = keep(SoftBody::make(id, body, *fem, options, field + ".fem"), soft, BodyModel::fem);
     } else if (const auto* example = std::get_if<ExampleModel>(&body.model)) {
-      kept = keep(ExampleBody::make(id, body, *example, rigid, field + ".example", &rests), examples, BodyModel::example_based);
+      kept = keep(ExampleBody::make(id, body, *example, rigid, field + ".example", rests), examples, BodyModel::example_based);
     } else {
       const auto& model = std::get<RigidModel>(body.model);
       kept = keep(SolidBody::make(id, body, model, rigid, field + ".rigid"), solids,

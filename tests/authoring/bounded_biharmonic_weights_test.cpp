@@ -4,10 +4,9 @@
 #include "server/authoring/enclosing_mesh.h"
 #include "server/authoring/handle_placement.h"
 #include "server/authoring/shapes/barrel.h"
-#include "server/authoring/shapes/box_lattice.h"
 #include "server/authoring/shapes/surfaces.h"
-#include "server/authoring/simplex_projection.h"
 #include "server/authoring/tet_laplacian.h"
+#include "tests/authoring/handles_for_tests.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,38 +21,16 @@ namespace crumple::authoring {
 namespace {
 
 using sim::TetMesh;
-using sim::linear_solver::RowMatrix;
 using ::testing::HasSubstr;
-
-Handles points(const std::vector<Vec3>& at) {
-  Handles out;
-  for (const Vec3& p : at) out.handles.push_back(Handle::point(p));
-  return out;
-}
-
-TetMesh bar(int cells, double thickness) {
-  return *box_mesh({.size = {1, thickness, thickness}, .cells = {cells, 1, 1}, .minimum = Vec3::Zero()});
-}
 
 TetMesh ball(double cell_size) {
   const sim::SurfaceMesh sphere = icosphere(1, 4);
   return fitted_to_surface(*enclosing_mesh(sphere, {.cell_size = cell_size}), sphere);
 }
 
-BiharmonicWeights solve(const TetMesh& mesh, const Handles& handles, const BiharmonicOptions& options = {}) {
-  auto out = bounded_biharmonic_weights(mesh, handles, options);
-  EXPECT_TRUE(out) << out.error().text();
-  return out ? std::move(*out) : BiharmonicWeights{};
-}
-
 int nearest(const TetMesh& mesh, const Vec3& p) {
   return static_cast<int>(std::ranges::min_element(mesh.X, {}, [&](const Vec3& X) { return (X - p).squaredNorm(); }) -
                           mesh.X.begin());
-}
-
-// How far the rows of W are from the simplex.
-double outside_simplex(const Eigen::MatrixXd& W) {
-  return std::max({-W.minCoeff(), W.maxCoeff() - 1, (W.rowwise().sum().array() - 1).abs().maxCoeff()});
 }
 
 std::vector<std::vector<int>> vertex_neighbours(const TetMesh& mesh) {
@@ -85,52 +62,6 @@ double highest_stray_maximum(const TetMesh& mesh, const Eigen::MatrixXd& W, cons
     }
   }
   return highest;
-}
-
-// ---- the parts of the problem
-TEST(SimplexProjection, IsTheNearestPointOfTheSimplex) {
-  RowMatrix rows(4, 3);
-  rows << 0.2, 0.3, 0.5, 2, 0, 0, 1, 1, -5, -1, -1, -1;
-  project_rows_to_simplex(rows);
-  RowMatrix expected(4, 3);
-  expected << 0.2, 0.3, 0.5, 1, 0, 0, 0.5, 0.5, 0, 1.0 / 3, 1.0 / 3, 1.0 / 3;
-  EXPECT_LT((rows - expected).cwiseAbs().maxCoeff(), 1e-15);
-
-  // Nearest: for any point y of the simplex, (x - p) . (y - p) <= 0.
-  const RowMatrix x = 2 * RowMatrix::Random(50, 7);
-  RowMatrix p = x;
-  project_rows_to_simplex(p);
-  for (int i = 0; i < x.rows(); ++i)
-    for (int corner = 0; corner < 7; ++corner) {
-      Eigen::RowVectorXd y = Eigen::RowVectorXd::Zero(7);
-      y[corner] = 1;
-      EXPECT_LE((x.row(i) - p.row(i)).dot(y - p.row(i)), 1e-14);
-    }
-}
-
-TEST(TetLaplacian, OfASquaredDistanceIsMinusSix) {
-  const TetMesh mesh = *centred_box_mesh({1, 1, 1}, {6, 6, 6}, Lattice::bcc);
-  const auto [L, M] = tet_laplacian(mesh);
-  Eigen::VectorXd squared(mesh.node_count());
-  for (int i = 0; i < mesh.node_count(); ++i) squared[i] = mesh.X[i].squaredNorm();
-  const Eigen::VectorXd laplacian = -(L * squared).cwiseQuotient(M);
-  double sum = 0;
-  int inside = 0;
-  for (int i = 0; i < mesh.node_count(); ++i)
-    if (mesh.X[i].cwiseAbs().maxCoeff() < 0.3) sum += laplacian[i], ++inside;
-  EXPECT_GT(inside, 50);
-  EXPECT_NEAR(sum / inside, 6, 1e-9);
-  EXPECT_NEAR(M.sum(), 1, 1e-12);
-  EXPECT_LT((L * Eigen::VectorXd::Ones(mesh.node_count())).cwiseAbs().maxCoeff(), 1e-12);
-}
-
-TEST(TetLaplacian, PartlyFilledTetsCountByWhatIsFilled) {
-  TetMesh mesh = bar(4, 0.25);
-  const TetLaplacian full = tet_laplacian(mesh);
-  mesh.fill.assign(mesh.tets.size(), 0.3);
-  const TetLaplacian partly = tet_laplacian(mesh);
-  EXPECT_LT((partly.L - 0.3 * full.L).norm(), 1e-14);
-  EXPECT_LT((partly.M - 0.3 * full.M).norm(), 1e-14);
 }
 
 // ---- against other answers
@@ -352,61 +283,7 @@ TEST(BoundedBiharmonicWeights, SliversDoNotSpoilThem) {
   EXPECT_LT((out.W.topRows(W.rows()) - W).cwiseAbs().maxCoeff(), 0.02);
 }
 
-// ---- handles
-TEST(Handles, ABoneHoldsEveryVertexAlongIt) {
-  const TetMesh mesh = *box_mesh({.size = {4, 2, 2}, .cells = {8, 4, 4}, .minimum = Vec3(-2, -1, -1)});
-  Handles handles{{Handle{{-2, 0, 0}, {0, 0, 0}}, Handle{{0, 0, 0}, {2, 0, 0}}}};
-  const auto prescribed = prescribed_weights(mesh, handles);
-  ASSERT_TRUE(prescribed) << prescribed.error().text();
-  EXPECT_EQ(prescribed->vertices.size(), 9u);
-  EXPECT_EQ(prescribed->shared, 1);  // the joint
-  for (size_t k = 0; k < prescribed->vertices.size(); ++k) {
-    const Vec3& X = mesh.X[prescribed->vertices[k]];
-    EXPECT_NEAR(X.tail<2>().norm(), 0, 1e-12);
-    EXPECT_EQ(prescribed->weights(static_cast<int>(k), 0), X.x() < 0 ? 1 : X.x() == 0 ? 0.5 : 0);
-  }
-  // A point in the joint takes it.
-  handles.handles.push_back(Handle::point(Vec3::Zero()));
-  const auto with_joint = prescribed_weights(mesh, handles);
-  ASSERT_TRUE(with_joint);
-  EXPECT_EQ(with_joint->shared, 0);
-  EXPECT_EQ(with_joint->weights.col(2).maxCoeff(), 1);
-  EXPECT_EQ(with_joint->weights.col(2).sum(), 1);
-}
-
-TEST(Handles, WeightsAreLinearAlongACage) {
-  const TetMesh mesh = *box_mesh({.size = {1, 1, 1}, .cells = {4, 4, 4}, .minimum = Vec3::Zero()});
-  Handles handles = points({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 1}});
-  handles.cage_edges = {{0, 3}};
-  handles.cage_faces = {{0, 1, 2}};
-  const auto out = solve(mesh, handles);
-  EXPECT_LT(outside_simplex(out.W), 1e-9);
-  int along_edge = 0, on_face = 0;
-  for (int i = 0; i < mesh.node_count(); ++i) {
-    const Vec3& X = mesh.X[i];
-    if (X.x() == 0 && X.y() == 0) {
-      EXPECT_NEAR(out.W(i, 3), X.z(), 1e-12);
-      EXPECT_NEAR(out.W(i, 0), 1 - X.z(), 1e-12);
-      ++along_edge;
-    } else if (X.z() == 0 && X.y() <= X.x()) {  // barycentric: 1 - x, x - y, y
-      EXPECT_NEAR(out.W(i, 0), 1 - X.x(), 1e-12);
-      EXPECT_NEAR(out.W(i, 1), X.x() - X.y(), 1e-12);
-      EXPECT_NEAR(out.W(i, 2), X.y(), 1e-12);
-      ++on_face;
-    }
-  }
-  EXPECT_EQ(along_edge, 5);
-  EXPECT_EQ(on_face, 14);
-}
-
-TEST(Handles, TwoPointsInOnePlaceShareIt) {
-  const TetMesh mesh = bar(8, 0.1);
-  const auto out = solve(mesh, points({{0, 0, 0}, {0, 0, 0}, {1, 0, 0}}));
-  EXPECT_EQ(out.report.shared_vertices, 1);
-  EXPECT_LT(outside_simplex(out.W), 1e-9);
-  EXPECT_NEAR((out.W.col(0) - out.W.col(1)).cwiseAbs().maxCoeff(), 0, 1e-12);
-}
-
+// ---- parts, and what is no input
 TEST(BoundedBiharmonicWeights, APartWithoutAHandleMovesAsOneWithWhatIsNearest) {
   TetMesh mesh = bar(8, 0.1);
   const int first = mesh.node_count();

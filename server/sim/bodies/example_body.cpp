@@ -26,12 +26,12 @@ std::shared_ptr<const eb::ExampleRest> SharedRests::of(const std::shared_ptr<con
 }
 
 Result<ExampleBody> ExampleBody::make(BodyId id, const BodyDescription& body, const ExampleModel& model,
-                                      RigidWorld& rigid, const std::string& field, SharedRests* shared) {
+                                      RigidWorld& rigid, const std::string& field, SharedRests& shared) {
   ExampleBody example;
   example.id = id;
   example.friction = model.friction;
   example.parameters_ = model.parameters;
-  example.rest_ = shared != nullptr ? shared->of(model.set) : std::make_shared<const eb::ExampleRest>(eb::make_rest(model.set));
+  example.rest_ = shared.of(model.set);
   example.state = eb::make_state(example.rest(), model.parameters);
   example.mass_ = model.mass > 0 ? model.mass : model.density * example.rest().volume;
   auto added = rigid.add_deformable(id, example.shape(), example.mass_properties(), model.friction,

@@ -45,7 +45,7 @@ class ExampleBody {
  public:
   // Adds the body to `rigid`.
   static Result<ExampleBody> make(BodyId id, const BodyDescription& body, const ExampleModel& model, RigidWorld& rigid,
-                                  const std::string& field, SharedRests* shared = nullptr);
+                                  const std::string& field, SharedRests& shared);
 
   BodyId id;
   double friction = 0.5;
@@ -75,13 +75,13 @@ class ExampleBody {
   void hash(StateHash& hash) const;
 
  private:
-  std::shared_ptr<const example_based::ExampleRest> rest_;
   DeformableShape shape() const;       // convex parts, or the surface as triangles
   MassProperties mass_properties() const;
   void make_proxy();
   bool shape_is_due() const;
   void hold();
 
+  std::shared_ptr<const example_based::ExampleRest> rest_;
   example_based::ExampleParameters parameters_;
   double mass_ = 0;                    // [kg], constant
   double shape_lag_ = 0;               // [m] what a vertex may move before collision shape and mass follow

@@ -30,9 +30,10 @@ double proxy_lag(const ExampleBody& body) {
 
 struct StruckBarrel : testing::Test {
   RigidWorld rigid;
+  SharedRests rests;
   ThreadPool pool{1};
   BodyDescription description = barrel("barrel", at(0, 1, 0));
-  Result<ExampleBody> body = ExampleBody::make(0, description, std::get<ExampleModel>(description.model), rigid, "b");
+  Result<ExampleBody> body = ExampleBody::make(0, description, std::get<ExampleModel>(description.model), rigid, "b", rests);
 
   DentOutcome step() {
     body->deform(kDt, kDt, pool);
@@ -73,7 +74,7 @@ TEST_F(StruckBarrel, AWeakRegionYieldsBelowTheBodysBeta) {
     if (set->mesh.X[i].x() > 0.2) set->beta_scale[i] = 0.1;
   auto& model = std::get<ExampleModel>(description.model);
   model.set = set;
-  body = ExampleBody::make(1, description, model, rigid, "b");
+  body = ExampleBody::make(1, description, model, rigid, "b", rests);
   ASSERT_TRUE(body);
   body->strike(Vec3(0.33, 0, 0), Vec3(-0.4, 0, 0));  // beta is 1 N s, here 0.1
   EXPECT_EQ(step().plastic, 1);
