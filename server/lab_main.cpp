@@ -98,8 +98,29 @@ struct TrajectoryCommand {
   }
 };
 
-// Scenes of Jones et al. 2016 and as many steps as show what happens in them.
-const std::map<std::string, int> kDestructionSteps{{"dock", 600}, {"pachinko", 1500}, {"driver", 400}, {"pileup", 1250}, {"cannonballs", 1750}, {"space", 971}, {"shipyard", 1920}, {"pegs", 1000}};
+// "cannonballs, dock, ..."
+std::string destruction_names() {
+  std::string names;
+  for (const auto& [name, steps] : lab::destruction_steps()) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
+
+struct SceneToStep {
+  sim::SceneDescription scene;
+  int steps;  // that show what happens
+};
+
+// A scene of Jones et al. 2016 by its name, or a scene file.
+Result<SceneToStep> scene_to_step(const std::string& scene, std::uint64_t seed = 1) {
+  if (const auto known = lab::destruction_steps().find(scene); known != lab::destruction_steps().end()) {
+    auto made = lab::destruction_scene(scene, {.seed = seed});
+    if (!made) return std::unexpected(made.error());
+    return SceneToStep{*std::move(made), known->second};
+  }
+  auto loaded = io::load_scene(scene);
+  if (!loaded) return std::unexpected(loaded.error());
+  return SceneToStep{std::move(loaded->scene), 600};
+}
 
 struct BenchCommand {
   std::string scene, lattice = "femfx", cells = "25x4x4", size = "2x0.4x0.4", damping = "0.15,0.004", sleep;
@@ -159,17 +180,13 @@ struct BenchCommand {
     } else if (scene == "barrels") {
       description = lab::barrels_scene(seed);
       options.steps = 1000;
-    } else if (const auto steps_of = kDestructionSteps.find(scene); steps_of != kDestructionSteps.end()) {
-      description = lab::destruction_scene(scene, {.seed = seed});
-      options.steps = steps_of->second;
+    } else if (!lab::destruction_steps().contains(scene) && !std::filesystem::exists(scene)) {
+      return fail({ErrorCode::invalid_argument, "scene", "is " + scene + ", must be beam, pile, panel, barrels, " + destruction_names() + " or a scene file"});
     } else {
-      if (!std::filesystem::exists(scene)) {
-        return fail({ErrorCode::invalid_argument, "scene", "is " + scene + ", must be beam, pile, panel, barrels, dock, pachinko, driver, pileup, cannonballs, pegs, space, shipyard or a scene file"});
-      }
-      auto loaded = io::load_scene(scene);
-      if (!loaded) return fail(loaded.error());
-      description = std::move(loaded->scene);
-      options.steps = 600;
+      auto found = scene_to_step(scene, seed);
+      if (!found) return fail(found.error());
+      description = std::move(found->scene);
+      options.steps = found->steps;
     }
     if (!description) return fail(description.error());
     if (steps > 0) options.steps = steps;
@@ -247,21 +264,17 @@ int main(int argc, char** argv) {
   std::string tuned_scene;
   int tuned_steps = 0, tuned_threads = 1;
   auto* u = app.add_subcommand("tune", "steps a scene, shows the impulses on its example-based bodies, and suggests alpha and beta");
-  u->add_option("scene", tuned_scene, "a scene file, or dock, pachinko, driver, pileup, cannonballs, pegs, space, shipyard")->required();
+  u->add_option("scene", tuned_scene, "a scene file, or " + destruction_names())->required();
   u->add_option("--steps", tuned_steps, "default: as bench")->check(CLI::Range(1, 10'000'000));
   u->add_option("--threads", tuned_threads)->check(CLI::Range(1, 256))->capture_default_str();
   u->callback([&] {
-    const auto known = kDestructionSteps.find(tuned_scene);
-    Result<sim::SceneDescription> scene = std::unexpected(Error{});
-    if (known != kDestructionSteps.end()) {
-      scene = lab::destruction_scene(tuned_scene);
-    } else if (auto loaded = io::load_scene(tuned_scene)) {
-      scene = std::move(loaded->scene);
-    } else {
-      scene = std::unexpected(loaded.error());
+    const auto found = scene_to_step(tuned_scene);
+    if (!found) {
+      exit_code = fail(found.error());
+      return;
     }
-    const int steps = tuned_steps > 0 ? tuned_steps : known != kDestructionSteps.end() ? known->second : 600;
-    auto result = scene ? lab::suggest_parameters(*scene, {.threads = tuned_threads, .steps = steps}) : std::unexpected(scene.error());
+    const int steps = tuned_steps > 0 ? tuned_steps : found->steps;
+    const auto result = lab::suggest_parameters(found->scene, {.threads = tuned_threads, .steps = steps});
     exit_code = result ? print(*result) : fail(result.error());
   });
 
@@ -331,7 +344,7 @@ int main(int argc, char** argv) {
   BenchCommand bench;
   bool json = false;
   auto* b = app.add_subcommand("bench", "steps a benchmark scene and reports time, accuracy and state hash");
-  b->add_option("scene", bench.scene, "beam, pile, panel, barrels; of example-based bodies dock, pachinko, driver, pileup, cannonballs, pegs, space, shipyard; or a scene file")->required();
+  b->add_option("scene", bench.scene, "beam, pile, panel, barrels; of example-based bodies " + destruction_names() + "; or a scene file")->required();
   b->add_option("--threads", bench.threads)->check(CLI::Range(1, 256))->capture_default_str();
   b->add_option("--steps", bench.steps, "default: beam 600, pile 300, panel 180, barrels 1000, a scene file 600, others as long as things happen")->check(CLI::Range(1, 10'000'000));
   b->add_option("--lattice", bench.lattice, "beam")->check(CLI::IsMember({"femfx", "kuhn", "bcc"}))->capture_default_str();

@@ -1,12 +1,12 @@
 #include "server/lab/benchmark.h"
 
+#include "server/lab/clock.h"
 #include "server/lab/vertex_depth.h"
 #include "server/sim/world.h"
 
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <iomanip>
 #include <map>
 #include <numeric>
@@ -14,10 +14,6 @@
 
 namespace crumple::lab {
 namespace {
-
-double now_ms() {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 double peak_rss_mb() {
   rusage usage{};
@@ -108,14 +104,12 @@ Json assets_of(const sim::SceneDescription& scene) {
   return list;
 }
 
-// Adds a step's times to the sums.
-void append(const sim::ExampleStageTimes& t, std::map<std::string, std::vector<double>>& lists) {
-  lists["locate"].push_back(t.locate);
-  lists["projection"].push_back(t.projection);
-  lists["propagation"].push_back(t.propagation);
-  lists["weights"].push_back(t.weights);
-  lists["skinning"].push_back(t.skinning);
-  lists["shape"].push_back(t.shape);
+// Adds a step's times to their means over `steps`.
+void add_means(const sim::ExampleStageTimes& t, int steps, std::map<std::string, double>& means) {
+  for (const auto& [part, ms] : {std::pair("locate", t.locate), {"projection", t.projection}, {"propagation", t.propagation},
+                                 {"weights", t.weights}, {"skinning", t.skinning}, {"shape", t.shape}}) {
+    means[part] += ms / steps;
+  }
 }
 
 }  // namespace
@@ -132,7 +126,8 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     if (std::holds_alternative<sim::FemModel>(scene.bodies[b].model)) soft.push_back(b);
   }
   std::vector<double> step_ms;
-  std::map<std::string, std::vector<double>> rigid_ms, example_ms;  // by part
+  std::map<std::string, std::vector<double>> every_ms;  // of the stages that are reported by quantiles
+  std::map<std::string, double> parts_ms;
   int plastic = 0, broken_joints = 0, most_broken = 0;
   std::vector<std::string> stage_order;
   std::map<std::string, double> stage_ms;
@@ -148,9 +143,9 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
       if (!stage_ms.contains(stage.name)) stage_order.push_back(stage.name);
       stage_ms[stage.name] += stage.ms / options.steps;
       if (stage.name == std::string_view("rigid") || stage.name == std::string_view("examples"))
-        rigid_ms[stage.name].push_back(stage.ms);
+        every_ms[stage.name].push_back(stage.ms);
     }
-    append(world.example_times(), example_ms);
+    add_means(world.example_times(), options.steps, parts_ms);
     plastic += report.plastic_impulses;
     broken_joints += report.broken_joints;
     most_broken = std::max(most_broken, report.broken_joints);
@@ -189,9 +184,9 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
   if (Json assets = assets_of(scene); !assets.empty()) {
     Json& examples = result["examples"];
     examples["assets"] = std::move(assets);
-    examples["rigid_ms"] = quantiles(rigid_ms["rigid"]);
-    examples["deform_ms"] = quantiles(rigid_ms["examples"]);
-    for (const auto& [part, ms] : example_ms) examples["parts_ms"][part] = quantiles(ms)["mean"];
+    examples["rigid_ms"] = quantiles(every_ms["rigid"]);
+    examples["deform_ms"] = quantiles(every_ms["examples"]);
+    examples["parts_ms"] = parts_ms;
     examples["plastic_impulses"] = plastic;
   }
   if (!scene.joints.empty()) {

@@ -172,4 +172,10 @@ Result<SceneDescription> destruction_scene(const std::string& name, const Destru
   return invalid("scene", "is " + name + ", must be dock, pachinko, driver, pileup, cannonballs, pegs, space or shipyard");
 }
 
+const std::map<std::string, int>& destruction_steps() {
+  static const std::map<std::string, int> kSteps{{"dock", 600},         {"pachinko", 1500}, {"driver", 400},    {"pileup", 1250},
+                                                 {"cannonballs", 1750}, {"space", 971},     {"shipyard", 1920}, {"pegs", 1000}};
+  return kSteps;
+}
+
 }  // namespace crumple::lab

@@ -3,17 +3,18 @@
 #include "server/sim/scene.h"
 
 #include <cstdint>
+#include <map>
 #include <string>
 
 // The scenes of Jones et al. 2016 for timing: places, speeds and parameters of the authors' own program, bodies of its
-// sizes (vertices N, bones B, examples E) with shapes of our own. docs/lab.md has what was measured beside theirs.
+// sizes (vertices N, bones B, examples E) with shapes of our own. docs/example-scenes.md has what was measured beside theirs.
 namespace crumple::lab {
 
 struct DestructionOptions {
   std::uint64_t seed = 1;  // of the barrels' orientations, where they fall: their program's are not known
 };
 
-// name, steps that the authors' run takes:
+// By name:
 //   dock         figure 3: three barrels on the edge of a loading dock, dt 4.12 ms
 //   pachinko     figure 4: 35 barrels between two planes through 150 pipes, dt 4 ms
 //   driver       figure 8: a car into a pyramid of 30 barrels and the dock, dt 5 ms
@@ -24,5 +25,8 @@ struct DestructionOptions {
 //   pegs         the many-barrels scene of benchmark_scenes.h with barrels that dent
 // Errors: another name.
 Result<sim::SceneDescription> destruction_scene(const std::string& name, const DestructionOptions& options = {});
+
+// Their names, each with as many steps as show what happens in it.
+const std::map<std::string, int>& destruction_steps();
 
 }  // namespace crumple::lab

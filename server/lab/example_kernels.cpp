@@ -2,11 +2,11 @@
 
 #include "common/text.h"
 #include "server/authoring/car_asset.h"
+#include "server/lab/clock.h"
 #include "server/sim/example_based/deform.h"
 #include "server/sim/example_based/skinning.h"
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
 #include <random>
 
@@ -14,10 +14,6 @@ namespace crumple::lab {
 namespace {
 
 namespace eb = sim::example_based;
-
-double now_ms() {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

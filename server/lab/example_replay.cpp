@@ -7,6 +7,8 @@
 #include "server/sim/example_based/skinning.h"
 #include "server/sim/limits.h"
 
+#include <Eigen/Eigenvalues>
+
 #include <cmath>
 #include <limits>
 
@@ -120,11 +122,13 @@ Json impulse_json(const ExampleRest& rest, const ExampleParameters& p, const Exa
                   const VertexImpulse& at) {
   const Vec3 dx = plastic_displacement(at.impulse, projection_dt(p, dt, dt), mass, p.beta);
   const Jacobian J = skinning_jacobian(rest, at.vertex, state.E.row(at.vertex).transpose());
-  const WeightRow de = weight_change(p, J, dx);
+  const WeightRow de = weight_change(p, J, dx), Jt_dx = J.transpose() * dx;
   GeodesicSearch search;
   std::vector<double> distance(rest.vertex_count(), -1);
   for (const Reached& r : search.run(rest.graph, at.vertex, std::numeric_limits<double>::infinity())) distance[r.vertex] = r.distance;
-  return {{"v", at.vertex}, {"dx", json_of(dx)}, {"J", json_of(Eigen::MatrixXd(J))}, {"de", std::vector<double>(de.begin(), de.end())}, {"geo_dist", distance}};
+  return {{"v", at.vertex}, {"dx", json_of(dx)}, {"J", json_of(Eigen::MatrixXd(J))}, {"Jt_dx", std::vector<double>(Jt_dx.begin(), Jt_dx.end())},
+          {"Jt_dx_norm", Jt_dx.norm()}, {"de", std::vector<double>(de.begin(), de.end())},
+          {"n_inside_kernel", search.run(rest.graph, at.vertex, p.gamma).size()}, {"geo_dist", distance}};
 }
 
 Json frame_json(const ExampleRest& rest, const ExampleParameters& p, double dt, double mass, const std::vector<VertexImpulse>& impulses,
@@ -144,10 +148,23 @@ Json frame_json(const ExampleRest& rest, const ExampleParameters& p, double dt, 
   const DeformedMass lumped = lumped_mass(rest, state.x, mass), spread = deformed_mass(rest, state.x, mass);
   frame["com"] = json_of(lumped.com);
   frame["inertia"] = json_of(Eigen::MatrixXd(lumped.inertia));
+  frame["principal_moments"] = json_of(Vec3(lumped.inertia.selfadjointView<Eigen::Upper>().eigenvalues()));
   frame["com_tet"] = json_of(spread.com);
   frame["inertia_tet"] = json_of(Eigen::MatrixXd(spread.inertia));
   frame["n_inverted_tets"] = inverted_tets(rest, state.x);
   return frame;
+}
+
+// Vertices whose Jacobian after a frame the case's own outputs have; none where it has no outputs.
+std::vector<int> sampled_vertices(const Json& whole, std::size_t frame, int count) {
+  std::vector<int> vertices;
+  const Json::json_pointer path(text("/outputs/frames/", frame, "/J_after_sample"));
+  if (!whole.contains(path) || !whole[path].is_array()) return vertices;
+  for (const Json& sample : whole[path]) {
+    if (!sample.is_object() || !sample.contains("v") || !sample["v"].is_number_integer()) continue;
+    if (const auto v = sample["v"].get<std::int64_t>(); v >= 0 && v < count) vertices.push_back(static_cast<int>(v));
+  }
+  return vertices;
 }
 
 }  // namespace
@@ -186,7 +203,13 @@ Result<Json> replay_example(const std::filesystem::path& case_json) {
     for (int b = 0; b < rest.bone_count(); ++b) out["sign_be"][static_cast<std::size_t>(e)].push_back(static_cast<int>(rest.sign[b * rest.example_count() + e]));
   }
   for (double share : rest.vertex_share) out["vertex_mass"].push_back(mass * share);
-  for (const auto& impulses : frames) out["frames"].push_back(frame_json(rest, p, dt, mass, impulses, state, work));
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    Json& frame = out["frames"].emplace_back(frame_json(rest, p, dt, mass, frames[f], state, work));
+    for (const int v : sampled_vertices(*whole, f, rest.vertex_count())) {
+      const Jacobian J = skinning_jacobian(rest, v, state.E.row(v).transpose());
+      frame["J_after_sample"].push_back({{"v", v}, {"J", json_of(Eigen::MatrixXd(J))}});
+    }
+  }
   return Json{{"outputs", std::move(out)}};
 }
 

@@ -1,7 +1,6 @@
 #include "server/lab/vertex_depth.h"
 
 #include "server/authoring/surface_distance.h"
-#include "server/sim/mesh/tet_faces.h"
 #include "server/sim/mesh/tet_tree.h"
 
 #include <algorithm>
@@ -34,11 +33,7 @@ struct Placed {
  private:
   sim::SurfaceMesh exterior() const {
     sim::SurfaceMesh shell{mesh.X, {}};
-    const std::vector<sim::FaceOfTet> faces = sim::sorted_faces(mesh.tets);
-    for (std::size_t begin = 0, end; begin < faces.size(); begin = end) {
-      for (end = begin + 1; end < faces.size() && faces[end].same_face(faces[begin]);) ++end;
-      if (end == begin + 1) shell.triangles.push_back(faces[begin].key);
-    }
+    for (const sim::SurfaceFace& face : sim::surface_faces(mesh.tets)) shell.triangles.push_back(face.nodes);
     return shell;
   }
 };
