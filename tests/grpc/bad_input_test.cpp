@@ -9,7 +9,9 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <limits>
+#include <thread>
 
 namespace crumple::grpc_server {
 namespace {
@@ -119,8 +121,12 @@ class BadInputOverTheWire : public testing::Test {
     ASSERT_TRUE(client_->play(running_));
   }
 
-  // The world that ran all the while against one that nobody disturbs.
+  // The world that ran all the while against one that nobody disturbs. Its clock is real: it may not have come to its
+  // first step when everything above was refused.
   void TearDown() override {
+    const auto end = std::chrono::steady_clock::now() + test::kDeadline;
+    while (client_->world(running_)->status.step == 0 && std::chrono::steady_clock::now() < end)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     const auto step = client_->pause(running_);
     ASSERT_TRUE(step);
     ASSERT_GT(*step, 0u);
