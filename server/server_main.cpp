@@ -40,7 +40,7 @@ void define(CLI::App& app, Options& options) {
   app.add_flag("--quiet", options.quiet, "log warnings and errors only");
 }
 
-// Creates a world of a named scene and plays it.
+// Creates a world of a named scene; it plays when this returns.
 Result<WorldId> begin_world(runtime::WorldRegistry& registry, const runtime::SceneLibrary& scenes, const std::string& name) {
   const auto created = std::make_shared<std::promise<Result<WorldId>>>();  // shared: set_value may outlast get
   registry.create("", [&] { return scenes.load(name); }, [=](Result<WorldId> id) { created->set_value(std::move(id)); });
@@ -48,7 +48,9 @@ Result<WorldId> begin_world(runtime::WorldRegistry& registry, const runtime::Sce
   if (!id) return id;
   const auto world = registry.find(*id);
   if (!world) return std::unexpected(world.error());
-  (*world)->play(1, [](Result<void>) {});
+  const auto playing = std::make_shared<std::promise<Result<void>>>();
+  (*world)->play(1, [=](Result<void> played) { playing->set_value(std::move(played)); });
+  if (const Result<void> played = playing->get_future().get(); !played) return std::unexpected(played.error());
   return id;
 }
 
