@@ -86,6 +86,7 @@ struct World::Impl {
   std::vector<contact::ContactRow> rows;
   std::vector<char> was_capped;                          // one a soft body: its last solve ended at its cap
   std::vector<FractureOutcome> broken;                   // one a soft body: in this step so far
+  std::vector<char> spent;                               // one a soft body: most of what breaks in this step has
   std::vector<SoftBody::Energy> soft_energy;             // one a soft body, after assemble
   std::vector<char> disturbed;                           // by Part: commands or scripts move it in this step
   std::vector<contact::Box3> sleeping_box;               // by Part, of those that are asleep

@@ -142,6 +142,7 @@ islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland
 
 void World::Impl::solve(StepReport& report) {
   broken.assign(soft.size(), {});
+  spent.assign(soft.size(), 0);
   accounts.clear();
   composite.clear();
   if (soft.empty()) return;

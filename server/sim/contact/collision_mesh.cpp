@@ -1,6 +1,7 @@
 #include "server/sim/contact/collision_mesh.h"
 
 #include "server/sim/mesh/disjoint_sets.h"
+#include "server/sim/mesh/tet_faces.h"
 
 #include <algorithm>
 #include <cassert>
@@ -9,26 +10,6 @@
 
 namespace crumple::sim::contact {
 namespace {
-
-struct Face {
-  std::array<int, 3> nodes;  // ascending
-  int tet, opposite;
-};
-
-std::vector<Face> sorted_faces(const std::vector<Tet>& tets) {
-  std::vector<Face> faces;
-  faces.reserve(4 * tets.size());
-  for (int t = 0; t < static_cast<int>(tets.size()); ++t)
-    for (int k = 0; k < 4; ++k) {
-      std::array<int, 3> nodes{tets[t][(k + 1) & 3], tets[t][(k + 2) & 3], tets[t][(k + 3) & 3]};
-      std::sort(nodes.begin(), nodes.end());
-      faces.push_back({nodes, t, k});
-    }
-  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
-    return a.nodes != b.nodes ? a.nodes < b.nodes : a.tet < b.tet;
-  });
-  return faces;
-}
 
 double rest_volume(const Tet& tet, const std::vector<Vec3>& X) {
   const Vec3 o = X[tet[0]];
@@ -46,10 +27,10 @@ CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vecto
   std::vector<std::uint8_t> exterior(n, 0);
   std::vector<int> parent(n);
   std::iota(parent.begin(), parent.end(), 0);
-  const std::vector<Face> faces = sorted_faces(tets);
+  const std::vector<FaceOfTet> faces = sorted_faces(tets);
   for (std::size_t f = 0; f < faces.size();) {
     std::size_t end = f + 1;
-    while (end < faces.size() && faces[end].nodes == faces[f].nodes) ++end;
+    while (end < faces.size() && faces[end].same_face(faces[f])) ++end;
     if (end == f + 1) exterior[faces[f].tet] |= static_cast<std::uint8_t>(1 << faces[f].opposite);
     for (std::size_t g = f + 1; g < end; ++g) unite(parent, faces[f].tet, faces[g].tet);
     f = end;
