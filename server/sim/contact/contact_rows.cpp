@@ -4,11 +4,35 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
+#include <numeric>
+
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
 
 namespace crumple::sim::contact {
 namespace {
 
 constexpr int kRowChunk = 256;  // rows or blocks a task
+
+// Three entries and one that is never read.
+using Lanes = double __attribute__((vector_size(32)));
+
+Lanes load4(const double* p) {
+  Lanes lanes;
+  std::memcpy(&lanes, p, sizeof lanes);
+  return lanes;
+}
+
+// Nothing behind the three is touched: the last block ends its vector.
+Lanes load3(const double* p) {
+#ifdef __AVX__
+  return _mm256_maskload_pd(p, _mm256_set_epi64x(0, -1, -1, -1));
+#else
+  return Lanes{p[0], p[1], p[2], 0};
+#endif
+}
 
 }  // namespace
 
@@ -19,15 +43,27 @@ ContactRows::ContactRows(std::span<ContactRow> rows, std::span<const int> first_
     push_side(k, 1, first_block);
     row_start_.push_back(static_cast<int>(entries_.size()));
   }
-  by_block_ = entries_;
-  std::stable_sort(by_block_.begin(), by_block_.end(), [](const Entry& a, const Entry& b) { return a.block < b.block; });
-  for (int e = 0; e < static_cast<int>(by_block_.size()); ++e) {
-    assert(by_block_[e].block >= 0 && by_block_[e].block < block_count);
-    if (e == 0 || by_block_[e].block != by_block_[e - 1].block) block_start_.push_back(e);
+  for (int k = 0; k < size(); ++k) {
+    for (int e = row_start_[k]; e < row_start_[k + 1]; ++e) of_row_.push(entries_[e], entries_[e].block);
+    of_row_.close();
   }
-  block_start_.push_back(static_cast<int>(by_block_.size()));
+  // By counting: entries of a block stay in the order of their rows.
+  std::vector<int> start(block_count + 1, 0), order(entries_.size());
+  for (const Entry& entry : entries_) {
+    assert(entry.block >= 0 && entry.block < block_count);
+    ++start[entry.block + 1];
+  }
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  std::vector<int> next(start.begin(), start.end() - 1);
+  for (int e = 0; e < static_cast<int>(entries_.size()); ++e) order[next[entries_[e].block]++] = e;
+  for (int block = 0; block < block_count; ++block) {
+    if (start[block] == start[block + 1]) continue;
+    for (int i = start[block]; i < start[block + 1]; ++i) of_block_.push(entries_[order[i]], entries_[order[i]].row);
+    of_block_.close();
+    touched_.push_back(block);
+  }
   D_.resize(rows_.size());
-  f_.resize(rows_.size());
+  f_.assign(rows_.size(), Eigen::Vector4d::Zero());
   refresh();
 }
 
@@ -50,12 +86,23 @@ void ContactRows::refresh() {
   }
 }
 
+void ContactRows::Lists::push(const Entry& entry, int other) {
+  if (entry.weight != 0) weighted.push_back({other, entry.weight});
+  else turned.push_back({other, entry.arm});
+}
+
+void ContactRows::Lists::close() {
+  weighted_start.push_back(static_cast<int>(weighted.size()));
+  turned_start.push_back(static_cast<int>(turned.size()));
+}
+
 Vec3 ContactRows::gather(int k, const Eigen::VectorXd& x) const {
-  Vec3 u = Vec3::Zero();
-  for (int e = row_start_[k]; e < row_start_[k + 1]; ++e) {
-    const Vec3 v = x.segment<3>(3 * entries_[e].block);
-    u += entries_[e].weight * v + v.cross(entries_[e].arm);
-  }
+  Lanes sum{};
+  for (int e = of_row_.weighted_start[k]; e < of_row_.weighted_start[k + 1]; ++e)
+    sum += of_row_.weighted[e].weight * load3(x.data() + 3 * of_row_.weighted[e].other);
+  Vec3 u(sum[0], sum[1], sum[2]);
+  for (int e = of_row_.turned_start[k]; e < of_row_.turned_start[k + 1]; ++e)
+    u += x.segment<3>(3 * of_row_.turned[e].other).cross(of_row_.turned[e].arm);
   return u;
 }
 
@@ -63,26 +110,25 @@ Vec3 ContactRows::relative_velocity(int k, const Eigen::VectorXd& x) const {
   return rows_[k].known_velocity + gather(k, x);
 }
 
-void ContactRows::scatter_add(std::span<const Vec3> f, Eigen::VectorXd& y, const ThreadPool& pool) const {
-  pool.for_chunks(static_cast<int>(block_start_.size()) - 1, kRowChunk, [&](int begin, int end) {
-    for (int b = begin; b < end; ++b) {
-      Vec3 sum = Vec3::Zero();
-      for (int e = block_start_[b]; e < block_start_[b + 1]; ++e) {
-        const Entry& entry = by_block_[e];
-        sum += entry.weight * f[entry.row] + entry.arm.cross(f[entry.row]);
-      }
-      y.segment<3>(3 * by_block_[block_start_[b]].block) += sum;
-    }
-  });
-}
-
 void ContactRows::apply_add(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const {
   if (rows_.empty()) return;
   pool.for_chunks(size(), kRowChunk, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k)
-      f_[k] = rows_[k].active ? Vec3(D_[k] * gather(k, x)) : Vec3(Vec3::Zero());
+    for (int k = begin; k < end; ++k) {
+      if (rows_[k].active) f_[k].head<3>() = D_[k] * gather(k, x);
+      else f_[k].setZero();
+    }
   });
-  scatter_add(f_, y, pool);
+  pool.for_chunks(of_block_.size(), kRowChunk, [&](int begin, int end) {
+    for (int b = begin; b < end; ++b) {
+      Lanes sum{};
+      for (int e = of_block_.weighted_start[b]; e < of_block_.weighted_start[b + 1]; ++e)
+        sum += of_block_.weighted[e].weight * load4(f_[of_block_.weighted[e].other].data());
+      Vec3 force(sum[0], sum[1], sum[2]);
+      for (int e = of_block_.turned_start[b]; e < of_block_.turned_start[b + 1]; ++e)
+        force += of_block_.turned[e].arm.cross(f_[of_block_.turned[e].other].head<3>());
+      y.segment<3>(3 * touched_[b]) += force;
+    }
+  });
 }
 
 void ContactRows::add_to_diagonal(std::span<Mat3> blocks) const {

@@ -90,17 +90,35 @@ class ContactRows {
   const std::vector<Mat3>& coefficients() const { return D_; }        // D of each row, zero where inactive
 
  private:
+  // The entries of rows, or of blocks, as a product reads them: those with a weight apart from those with an arm.
+  struct Lists {
+    struct Weighted {
+      int other;  // block of a row's entry, row of a block's
+      double weight;
+    };
+    struct Turned {
+      int other;
+      Vec3 arm;
+    };
+    std::vector<int> weighted_start{0}, turned_start{0};  // one more than there are lists
+    std::vector<Weighted> weighted;
+    std::vector<Turned> turned;
+
+    void push(const Entry& entry, int other);
+    void close();  // the next entry is of the next list
+    int size() const { return static_cast<int>(weighted_start.size()) - 1; }
+  };
+
   void push_side(int row, int side, std::span<const int> first_block);
   Vec3 gather(int k, const Eigen::VectorXd& x) const;  // W x of row k
-  void scatter_add(std::span<const Vec3> f, Eigen::VectorXd& y, const ThreadPool& pool) const;
 
   std::span<ContactRow> rows_;
   std::vector<int> row_start_;      // of a row's entries
   std::vector<Entry> entries_;      // by row
-  std::vector<int> block_start_;    // of a touched block's entries
-  std::vector<Entry> by_block_;     // the same entries by block, then by row: sums never race, and keep their order
+  Lists of_row_, of_block_;         // blocks: those of touched_; entries by row: sums never race, and keep their order
+  std::vector<int> touched_;        // ascending
   std::vector<Mat3> D_;             // zero where inactive
-  mutable std::vector<Vec3> f_;     // scratch, one a row
+  mutable std::vector<Eigen::Vector4d> f_;  // scratch, one a row; the last entry is 0
 };
 
 }  // namespace crumple::sim::contact
