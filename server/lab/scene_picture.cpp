@@ -17,7 +17,7 @@ constexpr double kAmbient = 0.35;  // share of light that comes from everywhere
 // Of full weight in a channel, linear RGB; the page's, in its order (client/viewer/web/src/channel_colours.js).
 constexpr std::array<std::array<double, 3>, 8> kChannelColours{{{0.80, 0.04, 0.02}, {0.03, 0.16, 0.75}, {0.05, 0.50, 0.08}, {0.90, 0.55, 0.02},
                                                                 {0.50, 0.03, 0.55}, {0.02, 0.55, 0.60}, {0.90, 0.20, 0.01}, {0.25, 0.10, 0.03}}};
-constexpr double kUndented = 0.62;  // grey of an example-based body's rest pose where values are shown
+constexpr double kUndented = 0.4;  // grey of an example-based body's rest pose where values are shown
 
 // Linear light as an sRGB byte.
 int srgb(double linear) {

@@ -4,7 +4,7 @@ import * as THREE from 'three';
 
 const FULL = [[0.80, 0.04, 0.02], [0.03, 0.16, 0.75], [0.05, 0.50, 0.08], [0.90, 0.55, 0.02],
   [0.50, 0.03, 0.55], [0.02, 0.55, 0.60], [0.90, 0.20, 0.01], [0.25, 0.10, 0.03]];  // linear RGB
-const UNDENTED = [0.62, 0.62, 0.62];  // of an example-based body's rest pose
+const UNDENTED = [0.4, 0.4, 0.4];  // of an example-based body's rest pose
 
 export const channelColour = (channel) => FULL[channel % FULL.length];
 

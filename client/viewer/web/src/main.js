@@ -94,7 +94,7 @@ $('view').addEventListener('pointerup', (at) => {
   }
 });
 
-window.crumple = { stage };  // for the browser's console and for tests
+window.crumple = { stage, events };  // for the browser's console and for tests
 
 function draw() {
   stage.render();
