@@ -22,7 +22,7 @@ struct BodyTopology {
   std::vector<Triangle> triangles;
   std::array<float, 3> colour{0.7f, 0.7f, 0.7f};  // linear RGB in [0, 1]
   float opacity = 1.0f;
-  std::vector<std::string> channels;    // names of colour channels, e.g. the examples of the body
+  std::vector<std::string> channels;    // what values there are: "stress", or a body's examples other than rest
 };
 
 // Everything to draw, valid for frames of the same epoch. The epoch rises when bodies break, and becomes theirs.
@@ -35,8 +35,8 @@ struct BodyFrame {
   BodyId id = 0;
   Pose pose;                            // X_WB of the body's axes
   std::vector<Vec3f> positions;         // deformable bodies: one a topology vertex, in W [m]; else empty
-  std::vector<float> values;            // on request, one a vertex in [0, 1]: stress, or the weight of the
-                                        // examples other than rest; else empty
+  std::vector<float> values;            // on request: for each channel one a vertex, channel after channel; over
+                                        // the channels they sum to [0, 1], an example's is its weight; else empty
 };
 
 struct Frame {

@@ -67,7 +67,7 @@ std::uint64_t most_bytes(const BodyTopology& body) {
   return bytes;
 }
 std::uint64_t most_frame_bytes(const BodyTopology& body) {
-  return 96 + (body.deformable ? (sizeof(Vec3f) + sizeof(float)) * body.vertices.size() : 0);
+  return 96 + (body.deformable ? (sizeof(Vec3f) + sizeof(float) * body.channels.size()) * body.vertices.size() : 0);
 }
 
 // What changed after `since`, in lots that fit one message each; at least one, if an empty one.

@@ -36,7 +36,7 @@
 //               12      f32[4]    pose: quaternion x y z w of R_WB
 //               28      f32[3]    pose: p_WB [m]
 //               40      Positions of n vertices (nothing if n = 0)
-//                       Values, m of them: quantised16: u8[m], pad; value = u8 / 255
+//                       Values, m of them (n for each channel, channel after channel): quantised16: u8[m], pad; value = u8 / 255
 //                                          float32:     f32[m]
 //
 //   Topology    0       u32       epoch

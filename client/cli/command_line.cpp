@@ -52,7 +52,7 @@ struct CommandLine {
     sub->add_option("--frames", options.frames, "end after so many frames");
     sub->add_option("--seconds", options.seconds, "end after so much wall time [s]")->check(CLI::NonNegativeNumber);
     sub->add_option("--rate", options.rate, "at most so many frames a second")->check(CLI::Range(0.0, 1000.0));
-    sub->add_flag("--values", options.values, "with one value a vertex: stress, or example weight");
+    sub->add_flag("--values", options.values, "with values of each vertex: stress, or the weights of its examples");
     sub->add_flag("--exact", options.exact, "positions in 32-bit floats instead of 16 quantised bits");
   }
 

@@ -20,7 +20,7 @@ namespace crumple::client {
 struct WatchOptions {
   Codec codec = Codec::quantised16;
   bool compress = true;
-  bool values = false;                       // want one value a vertex
+  bool values = false;                       // want values of each vertex: BodyFrame::values
   double max_rate_hz = 0;                    // frames a second, [0, 1000]; 0: as many as are asked for
   std::uint32_t credits = 1;                 // frames on their way at once; with 1 each is the newest there is
   std::optional<std::uint64_t> after_event;  // want the events after this number; missing: from now on

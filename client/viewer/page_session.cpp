@@ -1,5 +1,7 @@
 #include "client/viewer/page_session.h"
 
+#include "common/text.h"
+
 #include <nlohmann/json.hpp>
 
 #include <chrono>
@@ -103,7 +105,11 @@ void PageSession::send_status(WorldId world) {
 
 void PageSession::watch() {
   while (!closed_) {
-    if (watch_world(world_.id())) continue;  // the world was replaced, or values were switched
+    if (const WorldId world = world_.id(); world != watched_) {
+      watched_ = world;
+      last_event_.reset();
+    }
+    if (watch_world(watched_)) continue;  // the world was replaced, or values were switched
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, milliseconds(500), [&] { return closed_.load(); });
   }
@@ -112,7 +118,8 @@ void PageSession::watch() {
 // True if another stream should be opened at once.
 bool PageSession::watch_world(WorldId world) {
   const bool values = values_;
-  auto stream = world_.client().watch(world, {.codec = Codec::quantised16, .compress = false, .values = values, .max_rate_hz = 60});
+  auto stream = world_.client().watch(world, {.codec = Codec::quantised16, .compress = false, .values = values, .max_rate_hz = 60,
+                                              .after_event = last_event_});
   if (!stream) {
     send_error(stream.error());
     return false;
@@ -137,14 +144,20 @@ bool PageSession::watch_world(WorldId world) {
       send(true, frame->payload);
       wait_for_credit();
     } else if (const auto* event = std::get_if<client::WorldEvent>(&**update)) {
-      nlohmann::json json{{"type", "event"}, {"kind", client::to_string(event->kind)}, {"message", event->message}};
+      last_event_ = event->sequence;
+      nlohmann::json json{{"type", "event"}, {"kind", client::to_string(event->kind)}, {"message", event->message},
+                          {"body", event->body}, {"step", event->step}};
       if (!event->particles.empty()) {
-        json["body"] = event->body;
         json["time"] = event->time;
         for (const float number : numbers_of(event->particles))
           json["particles"].push_back(std::isfinite(number) ? std::round(1e3 * number) / 1e3 : 0.0);  // millimetres
       }
       send(false, std::make_shared<std::string>(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)));
+    } else if (const auto* gap = std::get_if<EventGap>(&**update)) {
+      last_event_ = gap->last;
+      const nlohmann::json json{{"type", "event"}, {"kind", "gap"}, {"body", 0}, {"step", nullptr},
+                                {"message", text("events ", gap->first, " to ", gap->last, " are lost")}};
+      send(false, std::make_shared<std::string>(json.dump()));
     }
   }
   return true;

@@ -13,14 +13,17 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
 namespace crumple::viewer {
 
 // One page: a WebSocket. The socket lives on a strand; a thread of the session's own reads the world's stream and hands
-// over topologies and frames as the frame codec writes them, events and a status twice a second as JSON. The next frame
-// is asked for when the page has granted a credit for it.
+// over topologies and frames as the frame codec writes them, and as JSON a status twice a second and events:
+//   {"type": "event", "kind": ..., "body": id, "step": n, "message": ...}, of dust with "time" and "particles"; of kind "gap" if
+//   events were lost
+// The next frame is asked for when the page has granted a credit for it.
 class PageSession : public std::enable_shared_from_this<PageSession> {
  public:
   using Socket = boost::beast::websocket::stream<boost::beast::tcp_stream>;
@@ -53,6 +56,8 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   boost::beast::flat_buffer incoming_;
   std::deque<Message> outgoing_;
   std::thread watcher_;
+  WorldId watched_ = 0;                      // the watcher's own
+  std::optional<std::uint64_t> last_event_;  // of that world that the page has; its next stream goes on after it
   std::mutex mutex_;
   std::condition_variable changed_;
   bool credit_ = true;

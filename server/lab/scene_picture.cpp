@@ -14,6 +14,11 @@ namespace {
 constexpr double kNearest = 0.05;  // [m] in front of the eye
 constexpr double kAmbient = 0.35;  // share of light that comes from everywhere
 
+// Of full weight in a channel, linear RGB; the page's, in its order (client/viewer/web/src/channel_colours.js).
+constexpr std::array<std::array<double, 3>, 8> kChannelColours{{{0.80, 0.04, 0.02}, {0.03, 0.16, 0.75}, {0.05, 0.50, 0.08}, {0.90, 0.55, 0.02},
+                                                                {0.50, 0.03, 0.55}, {0.02, 0.55, 0.60}, {0.90, 0.20, 0.01}, {0.25, 0.10, 0.03}}};
+constexpr double kUndented = 0.4;  // grey of an example-based body's rest pose where values are shown
+
 // Linear light as an sRGB byte.
 int srgb(double linear) {
   const double c = std::clamp(linear, 0.0, 1.0);
@@ -45,15 +50,21 @@ void add_patches(const BodyTopology& body, const BodyFrame& at, const Projection
   const auto place = [&](int vertex) -> Vec3 {
     return body.deformable ? at.positions[vertex].cast<double>() : at.pose * body.vertices[vertex].cast<double>();
   };
-  const Vec3 base(body.colour[0], body.colour[1], body.colour[2]);
+  const std::size_t vertices = at.positions.size(), channels = vertices > 0 ? at.values.size() / vertices : 0;
+  const bool shows_examples = channels > 0 && body.model == BodyModel::example_based;
+  const Vec3 base = shows_examples ? Vec3(Vec3::Constant(kUndented)) : Vec3(body.colour[0], body.colour[1], body.colour[2]);
   for (const Triangle& triangle : body.triangles) {
     const Vec3 a = place(triangle[0]), b = place(triangle[1]), c = place(triangle[2]);
     if (std::min({project.distance(a), project.distance(b), project.distance(c)}) < kNearest) continue;
     const Vec3 normal = (b - a).cross(c - a).normalized();
     if (!normal.allFinite()) continue;
-    double value = 0;
-    if (!at.values.empty()) value = (at.values[triangle[0]] + at.values[triangle[1]] + at.values[triangle[2]]) / 3.0;
-    const Vec3 colour = (1 - value) * base + value * Vec3(0.9, 0.05, 0.03);
+    Vec3 colour = base;
+    for (std::size_t c = 0; c < channels; ++c) {
+      double value = 0;
+      for (const int corner : triangle) value += at.values[c * vertices + static_cast<std::size_t>(corner)] / 3.0;
+      const auto& [red, green, blue] = kChannelColours[c % kChannelColours.size()];
+      colour += value * (Vec3(red, green, blue) - base);
+    }
     const double lit = kAmbient + (1 - kAmbient) * std::abs(normal.dot(sun));
     const Vec3 light = lit * colour;
     patches.push_back({project.distance((a + b + c) / 3), {project(a), project(b), project(c)},

@@ -28,8 +28,8 @@ struct Patch {
 std::vector<Patch> patches(const Topology& topology, const Frame& frame, const Camera& camera, int width, int height);
 
 // A tile of an SVG: <g> of `width` x `height` pixels whose upper left corner is at (x, y). Triangles are drawn from far to
-// near, by their middles, lit from the camera's upper left; vertices that have a value in the frame turn red by it. What
-// reaches behind the camera is left out.
+// near, by their middles, lit from the camera's upper left; vertices that have values in the frame take the colours of
+// their channels by them (the first is red), over grey if the body is example-based. What reaches behind the camera is left out.
 std::string svg_tile(const Topology& topology, const Frame& frame, const Camera& camera, int x, int y, int width, int height);
 
 }  // namespace crumple::lab

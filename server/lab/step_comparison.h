@@ -21,7 +21,7 @@ struct StepComparison {
 };
 
 // Steps the scene once with each option for all its example-based bodies, and writes the picture: a column an option, a
-// row a time, vertices red by how much of an example they have; each row's camera holds the bodies of all three.
+// row a time, vertices in the colours of the examples that they have; each row's camera holds the bodies of all three.
 // Returns
 // {"equation8": {body: {"weight_largest", "weight_mean"}}, "equation9": ..., "equation10": ...}, of 1 minus the rest
 // pose's weight over the vertices at the end. Errors: load_scene's; no example-based body; times, alphas or picture,

@@ -21,7 +21,7 @@ using Payload = std::shared_ptr<const std::string>;  // encoded bytes, shared by
 struct StreamFormat {
   Codec codec = Codec::quantised16;
   bool compress = true;
-  bool values = false;  // one value a vertex
+  bool values = false;  // BodyFrame::values
 
   auto operator<=>(const StreamFormat&) const = default;
 };

@@ -1,7 +1,19 @@
 #include "common/text.h"
 #include "server/sim/world_impl.h"
 
+#include <algorithm>
+
 namespace crumple::sim {
+namespace {
+
+// Planes have no end; drawn they are half as large again as what they carry, within reason [m].
+double plane_reach(const SceneDescription& scene) {
+  double farthest = 0;
+  for (const BodyDescription& body : scene.bodies) farthest = std::max(farthest, body.pose.p_WB.norm());
+  return std::clamp(1.5 * farthest, 10.0, 200.0);
+}
+
+}  // namespace
 
 Result<void> World::Impl::make_bodies() {
   places.resize(scene.bodies.size());
@@ -43,7 +55,7 @@ void World::Impl::rebuild_topology(BodyId id) {
   switch (places[id].model) {
     case BodyModel::fem: topology.bodies[id] = soft[places[id].index].topology(); break;
     case BodyModel::example_based: topology.bodies[id] = examples[places[id].index].topology(body); break;
-    default: topology.bodies[id] = solids[places[id].index].topology(body);
+    default: topology.bodies[id] = solids[places[id].index].topology(body, plane_reach(scene));
   }
 }
 

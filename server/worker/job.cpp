@@ -1,5 +1,6 @@
 #include "server/worker/job.h"
 
+#include "common/channel_values.h"
 #include "common/text.h"
 #include "server/io/ply_writer.h"
 #include "server/io/recording.h"
@@ -131,7 +132,7 @@ class Output {
       if (!body.deformable) {
         for (const Vec3f& v : body.vertices) x.push_back((frame.bodies[body.id].pose * v.cast<double>()).cast<float>());
       }
-      auto written = io::write_ply(folder_ / stem / (record_name(step) + ".ply"), x, body.triangles, frame.bodies[body.id].values);
+      auto written = io::write_ply(folder_ / stem / (record_name(step) + ".ply"), x, body.triangles, sum_of_channels(frame.bodies[body.id].values, x.size()));
       if (!written) return written;
     }
     return {};

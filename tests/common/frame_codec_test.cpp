@@ -380,8 +380,11 @@ TEST(FrameCodec, WhatIsTooLongForAMessageIsNamed) {
   EXPECT_NE(too_long(topology, 2000)->find("body 3"), std::string::npos);  // 100 vertices and 98 triangles of 12 bytes
   Topology many{.epoch = 0, .bodies = {}};
   for (BodyId id = 0; id < 20; ++id) many.bodies.push_back({.id = id, .deformable = true, .vertices = std::vector<Vec3f>(100, Vec3f(1, 2, 3))});
-  EXPECT_NE(too_long(many, 20'000)->find("a frame"), std::string::npos);  // 20 times 100 of 16 bytes
+  EXPECT_NE(too_long(many, 20'000)->find("a frame"), std::string::npos);  // 20 times 100 of 12 bytes
   EXPECT_FALSE(too_long(many, 40'000));
+  for (BodyTopology& body : many.bodies) body.channels = {"front", "rear", "roof"};  // a number each
+  EXPECT_TRUE(too_long(many, 40'000));
+  EXPECT_FALSE(too_long(many, 60'000));
 }
 
 }  // namespace

@@ -168,14 +168,59 @@ TEST(ShippedScenes, TheTrestleStandsAndFallsWithItsPosts) {
 
 // Cranes stand until they are struck; a ship through all three takes them apart, and parts dent.
 TEST(ShippedScenes, TheShipyardsCranesStandUntilTheShipTakesThemApart) {
+  constexpr double kBar = 0.2;  // [m], about as thick as a bar of a crane: what is drawn is thinner than the hull that meets the ground, and dented
   SceneRun run = run_shipped("shipyard");
   ASSERT_TRUE(run.started());
   run.step(150, kGround);
   EXPECT_EQ(run.events_of(sim::EventKind::parted, "crane 1 part 1"), 0);
   EXPECT_GT(run.world().pose(run.world().find("ship")).p_WB.x(), -25);
-  run.step(1050, kGround);
+  run.step(1050, kBar);
   for (const char* mast : {"crane 1 part 2", "crane 2 part 2", "crane 3 part 2"}) EXPECT_EQ(run.events_of(sim::EventKind::parted, mast), 1) << mast;
   EXPECT_GT(run.events_of(sim::EventKind::dent, "ship"), 0);
+}
+
+// Figure 7: what there is to dent to decides. Height of what a car is now, in its own axes [m].
+double height_of(const SceneRun& run, const std::string& car) {
+  const BodyId id = run.world().find(car);
+  const Frame frame = run.world().capture();
+  const Pose X_WB = run.world().pose(id);
+  double low = 1e9, high = -1e9;
+  for (const Vec3f& p : frame.bodies[id].positions) {
+    const double y = (X_WB.R_WB.conjugate() * (p.cast<double>() - X_WB.p_WB)).y();
+    low = std::min(low, y);
+    high = std::max(high, y);
+  }
+  return high - low;
+}
+
+TEST(ShippedScenes, ACarIsFlattenedWhereItHasAFlattenedExample) {
+  SceneRun run = run_shipped("falling_cars");
+  ASSERT_TRUE(run.started());
+  const double rest = height_of(run, "car with");
+  EXPECT_NEAR(rest, height_of(run, "car without"), 1e-4);
+  run.step(1300, 0.2);
+  EXPECT_LT(height_of(run, "car with"), 0.67 * rest);  // the example itself: 0.4
+  EXPECT_GT(height_of(run, "car without"), 0.7 * rest);  // none of its examples is lower
+  EXPECT_EQ(run.frozen_bodies(), 0);
+}
+
+TEST(ShippedScenes, CannonballsDentACarFromAllRoundUntilAnotherFlattensIt) {
+  double height[2] = {0, 0};
+  for (const bool flattened : {false, true}) {
+    SceneRun run = run_shipped(flattened ? "cannonballs" : "cannonballs_plain");
+    ASSERT_TRUE(run.started());
+    const double rest = height_of(run, "car");
+    run.step(1350, 0.2);
+    EXPECT_GE(run.events_of(sim::EventKind::dent, "car"), 8);
+    EXPECT_GT(run.dent("car"), 0.5);
+    const double struck = height_of(run, "car");
+    run.step(300, 0.2);
+    height[flattened] = height_of(run, "car");
+    EXPECT_GT(struck, 0.85 * rest);
+    EXPECT_LT(run.world().pose(run.world().find("car")).p_WB.norm(), 3);  // it is still where the other one falls
+    EXPECT_TRUE(run.weights_are_a_simplex("car"));
+  }
+  EXPECT_LT(height[true], 0.9 * height[false]);
 }
 
 }  // namespace

@@ -193,12 +193,12 @@ TEST_P(ShippedScene, Loads) {
     EXPECT_LT(body.velocity.norm() * loaded->scene.dt, 0.13) << body.name;  // [m]; barrels are 0.64 m thick
 }
 
-INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene, testing::Values("pane", "barrels", "cannonballs", "crash", "detention", "driver", "gate", "pachinko", "pileup", "planks", "pole", "rope", "shipyard", "space", "trestle", "wall", "window"),
+INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene, testing::Values("pane", "barrels", "cannonballs", "cannonballs_plain", "crash", "detention", "driver", "falling_cars", "gate", "pachinko", "pileup", "planks", "pole", "rope", "shipyard", "space", "trestle", "wall", "window"),
                          [](const auto& info) { return std::string(info.param); });
 
 TEST(SceneFile, NoSceneIsShippedUntested) {
   EXPECT_EQ(scene_names(std::filesystem::path(CRUMPLE_SOURCE_DIR) / "deploy/scenes"),
-            (std::vector<std::string>{"barrels", "cannonballs", "crash", "detention", "driver", "gate", "pachinko", "pane", "pileup", "planks", "pole", "rope", "shipyard", "space", "trestle", "wall", "window"}));
+            (std::vector<std::string>{"barrels", "cannonballs", "cannonballs_plain", "crash", "detention", "driver", "falling_cars", "gate", "pachinko", "pane", "pileup", "planks", "pole", "rope", "shipyard", "space", "trestle", "wall", "window"}));
 }
 
 }  // namespace

@@ -37,6 +37,13 @@ class PageServerTest : public testing::Test {
     ball->set_name("ball");
     ball->mutable_pose()->mutable_position()->set_y(3);
     ball->mutable_rigid()->add_shapes()->mutable_sphere()->set_radius(0.5);
+    for (const double time : {0.05, 0.3}) {
+      auto* push = scene.add_script();
+      push->set_time(time);
+      auto* impulse = push->mutable_command()->mutable_apply_impulse();
+      impulse->set_body("ball");
+      impulse->mutable_impulse()->set_x(1);
+    }
     auto world = client_->create_world(scene, "test");
     ASSERT_TRUE(world) << world.error().text();
     viewed_ = std::make_unique<ViewedWorld>(*client_, *world, "");
@@ -133,6 +140,24 @@ TEST_F(PageServerTest, APageStepsAndPushes) {
   ASSERT_TRUE(frame);
   EXPECT_GT(frame->step, 0u);
   EXPECT_GT(frame->bodies[0].pose.p_WB.x(), 0.001);
+}
+
+// A page that asks for values gets another stream, which goes on where the one before ended.
+TEST_F(PageServerTest, EventsNameTheirBodyAndStepAndComeOnceEvenIfValuesAreSwitched) {
+  auto page = open_page();
+  next(page, "status");
+  send(page, {{"type", "step"}, {"count", 10}});
+  send(page, {{"type", "credit"}});
+  const Json first = Json::parse(next(page, "event"));
+  EXPECT_EQ(first["kind"], "script");
+  EXPECT_EQ(first["body"], 0);
+  EXPECT_LE(first["step"], 10);
+  send(page, {{"type", "values"}, {"on", true}});
+  send(page, {{"type", "step"}, {"count", 200}});
+  for (int k = 0; k < 4; ++k) send(page, {{"type", "credit"}});
+  const Json second = Json::parse(next(page, "event"));
+  EXPECT_EQ(second["kind"], "script");
+  EXPECT_GT(second["step"], 10);
 }
 
 TEST_F(PageServerTest, ABadRequestIsAnsweredAndTheStreamGoesOn) {

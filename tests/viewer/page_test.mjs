@@ -1,7 +1,8 @@
 // usage: page_test.mjs BIN ROOT    Exit 0: passed; 77: no browser or no built page; 1: failed.
 // Starts crumple-server and crumple-viewer on free ports with the scene of three barrels, loads the page in headless
 // Chromium, and claims: pixels stay while the world is paused, a click pushes a body, and pixels change while it runs. Then with the
-// scene of the pane: when it breaks, the page makes it anew and nothing else, and goes on drawing.
+// scene of the pane: when it breaks, the page makes it anew and nothing else, and goes on drawing. Then with the shipyard: dents are
+// coloured by example, with a legend, and what parts and dents is listed, within bounds.
 import { execFileSync } from 'node:child_process';
 import { Programs, launch, missing } from '../../client/viewer/browse.mjs';
 
@@ -139,10 +140,55 @@ async function breaks() {
   }
 }
 
+async function lists() {
+  const server = await programs.start('crumple-server', ['--listen', '127.0.0.1:0', '--scenes', `${root}/deploy/scenes`], /127\.0\.0\.1:\d+/);
+  const crumple = (...words) => execFileSync(`${bin}/crumple`, ['--server', server, '--timeout', '600', ...words]).toString();
+  const world = crumple('create', 'shipyard.json').match(/\d+/)[0];
+  const page = await programs.start('crumple-viewer', ['--server', server, '--world', world, '--port', '0'], /http:\/\/\S+/);
+  const browser = await launch(root);
+  try {
+    const { tab, errors } = await visit(browser, page);
+    const until = (what, condition, ...args) => tab.waitForFunction(condition, { timeout: 60000, polling: 100 }, ...args)
+      .then(() => console.log(`ok: ${what}`));
+    const legend = () => tab.evaluate(() => [...document.querySelectorAll('#legend li')].map((line) => line.innerText));
+    await until('the yard is shown', () => /step\s+0/.test(document.getElementById('timing').textContent));
+    claim((await legend()).length === 0, 'without values there is no legend');
+    await tab.evaluate(() => document.getElementById('values').click());
+    await until('values come', () => window.crumple.stage.bodies.some((body) => body.mesh.geometry.attributes.color));
+    claim((await legend()).join().includes('crushed_min_x'), 'the legend names the examples');
+    // Of a body: [largest difference between a vertex' red, green and blue].
+    const colours = () => tab.evaluate(() => {
+      let most = 0;
+      const { array } = window.crumple.stage.bodies.find((body) => body.name === 'ship').mesh.geometry.attributes.color;
+      for (let i = 0; i < array.length; i += 3) most = Math.max(most, Math.max(...array.slice(i, i + 3)) - Math.min(...array.slice(i, i + 3)));
+      return most;
+    });
+    claim(await colours() === 0, 'a ship without a dent is grey');
+    crumple('step', world, '700');
+    await until('the ship has flown', () => Number(document.getElementById('timing').textContent.match(/step\s+(\d+)/)[1]) >= 700);
+    claim(await colours() > 0.1, 'a dented ship has colours of its examples');
+
+    const lines = (kind) => tab.evaluate((wanted) => [...document.querySelectorAll(`#events li[data-kind=${wanted}]`)].map((line) => line.innerText), kind);
+    const parted = await lines('parted'), dents = await lines('dent');
+    claim(parted.some((text) => /crane 1 part \d parts from .*\(step \d+/.test(text)), `cranes part in the list (${parted[0]})`);
+    claim(dents.some((text) => /ship takes a dent of .*, \d+ times\)/.test(text)), `dents of the ship are one line (${dents[0]})`);
+    const count = await tab.evaluate(() => {
+      const { events } = window.crumple;
+      for (let body = 0; body < 500; ++body) events.add({ kind: 'dent', body: 1000 + body, step: 1, message: 'hit' });
+      return [document.querySelectorAll('#events li').length, Number(document.getElementById('event-count').textContent)];
+    });
+    claim(count[0] === 100 && count[1] > 500, `the list is bounded, its count is not (${count})`);
+    claim(errors.length === 0, `the page raised no error ${errors.join('; ')}`);
+  } finally {
+    await browser.close();
+  }
+}
+
 let failed = false;
 try {
   await run();
   await breaks();
+  await lists();
 } catch (error) {
   failed = true;
   console.log(error.stack ?? String(error));

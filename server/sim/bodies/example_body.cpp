@@ -154,7 +154,7 @@ BodyTopology ExampleBody::topology(const BodyDescription& body) const {
   drawn.colour = body.colour;
   drawn.opacity = body.opacity;
   drawn.triangles = rest().draw_triangles;
-  for (const eb::Example& example : rest().set->examples) drawn.channels.push_back(example.name);
+  for (int e = 1; e < rest().set->example_count(); ++e) drawn.channels.push_back(rest().set->examples[e].name);
   BodyFrame frame;
   capture(body.pose, false, frame);
   drawn.vertices = std::move(frame.positions);
@@ -168,8 +168,8 @@ void ExampleBody::capture(const Pose& X_WB, bool with_values, BodyFrame& frame) 
   frame.pose = X_WB;
   frame.positions.clear();
   for (const Vec3& p : drawn) frame.positions.push_back((X_WB * p).cast<float>());
-  frame.values.assign(with_values ? drawn.size() : 0, 0);
-  if (with_values) eb::draw_values(rest(), state, frame.values);
+  frame.values.assign(with_values ? drawn.size() * static_cast<std::size_t>(rest().set->example_count() - 1) : 0, 0);
+  if (with_values) eb::draw_weights(rest(), state, frame.values);
 }
 
 void ExampleBody::hash(StateHash& hash) const {

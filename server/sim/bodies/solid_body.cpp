@@ -33,12 +33,12 @@ void SolidBody::follow(const Pose& X_WB) {
   for (std::size_t n = 0; n < x.size(); ++n) x[n] = X_WB * proxy.X[n];
 }
 
-BodyTopology SolidBody::topology(const BodyDescription& body) const {
+BodyTopology SolidBody::topology(const BodyDescription& body, double plane_reach) const {
   BodyTopology drawn{.id = id, .name = body.name};
   drawn.model = model.kind == RigidKind::fixed ? BodyModel::fixed : BodyModel::rigid;
   drawn.colour = body.colour;
   drawn.opacity = body.opacity;
-  const SurfaceMesh surface = model.render ? *model.render : draw_mesh(model.shapes);
+  const SurfaceMesh surface = model.render ? *model.render : draw_mesh(model.shapes, plane_reach);
   drawn.triangles = surface.triangles;
   for (const Vec3& v : surface.vertices) drawn.vertices.push_back(v.cast<float>());
   return drawn;

@@ -25,7 +25,7 @@ struct SolidBody {
   static Result<SolidBody> make(BodyId id, const BodyDescription& body, const RigidModel& model, RigidWorld& rigid,
                                 const std::string& field);
   void follow(const Pose& X_WB);                // x from the pose
-  BodyTopology topology(const BodyDescription& body) const;
+  BodyTopology topology(const BodyDescription& body, double plane_reach) const;  // see draw_mesh
 };
 
 }  // namespace crumple::sim

@@ -31,17 +31,20 @@ void draw_positions(const ExampleRest& rest, const ExampleState& state, std::spa
   for (std::size_t v = 0; v < out.size(); ++v) out[v] = state.x[rest.surface_vertices[v]];
 }
 
-void draw_values(const ExampleRest& rest, const ExampleState& state, std::span<float> out) {
-  assert(static_cast<int>(out.size()) == draw_vertex_count(rest));
-  for (std::size_t v = 0; v < out.size(); ++v) {
-    double rest_weight = 0;
-    if (rest.embedding.tet.empty()) {
-      rest_weight = state.E(rest.surface_vertices[v], 0);
-    } else {
-      const Tet& tet = rest.set->mesh.tets[rest.embedding.tet[v]];
-      for (int k = 0; k < 4; ++k) rest_weight += rest.embedding.weights[v][k] * state.E(tet[k], 0);
+void draw_weights(const ExampleRest& rest, const ExampleState& state, std::span<float> out) {
+  const auto vertices = static_cast<std::size_t>(draw_vertex_count(rest));
+  assert(out.size() == static_cast<std::size_t>(rest.set->example_count() - 1) * vertices);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    for (int e = 1; e < rest.set->example_count(); ++e) {
+      double weight = 0;
+      if (rest.embedding.tet.empty()) {
+        weight = state.E(rest.surface_vertices[v], e);
+      } else {
+        const Tet& tet = rest.set->mesh.tets[rest.embedding.tet[v]];
+        for (int k = 0; k < 4; ++k) weight += rest.embedding.weights[v][k] * state.E(tet[k], e);
+      }
+      out[static_cast<std::size_t>(e - 1) * vertices + v] = static_cast<float>(std::clamp(weight, 0.0, 1.0));
     }
-    out[v] = static_cast<float>(std::clamp(1 - rest_weight, 0.0, 1.0));
   }
 }
 

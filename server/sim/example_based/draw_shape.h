@@ -16,7 +16,8 @@ int draw_vertex_count(const ExampleRest& rest);
 // Positions [m, asset's axes], one a draw vertex.
 void draw_positions(const ExampleRest& rest, const ExampleState& state, std::span<Vec3> out);
 
-// 1 - E_i0, the weight of all examples other than rest, one a draw vertex, in [0, 1].
-void draw_values(const ExampleRest& rest, const ExampleState& state, std::span<float> out);
+// E_ie of each example other than rest, one a draw vertex, example after example, in [0, 1]. out: E - 1 times as many as
+// draw vertices.
+void draw_weights(const ExampleRest& rest, const ExampleState& state, std::span<float> out);
 
 }  // namespace crumple::sim::example_based

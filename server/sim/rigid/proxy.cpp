@@ -50,16 +50,16 @@ void append_fan(const SurfaceMesh& surface, const Pose& X_BS, TetMesh& tets) {
   for (const auto& [a, b, c] : surface.triangles) tets.tets.push_back({centre, first + a, first + b, first + c});
 }
 
-SurfaceMesh plane_grid(const Plane& plane) {
+SurfaceMesh plane_grid(const Plane& plane, double reach) {
   constexpr int kCells = 10;
-  constexpr double kCell = 2;  // [m]
+  const double cell = 2 * reach / kCells;
   const Vec3 n = plane.normal.normalized();
   const Vec3 u = n.unitOrthogonal(), v = n.cross(u);
   const Vec3 centre = plane.offset / plane.normal.norm() * n;
   SurfaceMesh mesh;
   for (int j = 0; j <= kCells; ++j) {
     for (int i = 0; i <= kCells; ++i) {
-      mesh.vertices.push_back(centre + kCell * ((i - kCells / 2) * u + (j - kCells / 2) * v));
+      mesh.vertices.push_back(centre + cell * ((i - kCells / 2) * u + (j - kCells / 2) * v));
     }
   }
   for (int j = 0; j < kCells; ++j) {
@@ -73,10 +73,12 @@ SurfaceMesh plane_grid(const Plane& plane) {
 }
 
 struct DrawnSurface {
+  double plane_reach;  // [m]
+
   SurfaceMesh operator()(const Box& box) const { return box_surface(box.half_extents); }
   SurfaceMesh operator()(const Sphere& sphere) const { return icosphere(sphere.radius, 3); }
   SurfaceMesh operator()(const Cylinder& c) const { return cylinder_surface(c.radius, c.half_length, 32); }
-  SurfaceMesh operator()(const Plane& plane) const { return plane_grid(plane); }
+  SurfaceMesh operator()(const Plane& plane) const { return plane_grid(plane, plane_reach); }
   SurfaceMesh operator()(const ConvexHull& hull) const { return convex_hull(hull.points, "").value_or(SurfaceMesh{}); }
   SurfaceMesh operator()(const TriangleShape& triangles) const { return triangles.mesh; }
 };
@@ -93,10 +95,10 @@ std::optional<TetMesh> proxy_tets(const std::vector<PlacedShape>& shapes) {
   return tets;
 }
 
-SurfaceMesh draw_mesh(const std::vector<PlacedShape>& shapes) {
+SurfaceMesh draw_mesh(const std::vector<PlacedShape>& shapes, double plane_reach) {
   SurfaceMesh mesh;
   for (const PlacedShape& placed : shapes) {
-    const SurfaceMesh part = std::visit(DrawnSurface{}, placed.shape);
+    const SurfaceMesh part = std::visit(DrawnSurface{plane_reach}, placed.shape);
     const int first = static_cast<int>(mesh.vertices.size());
     for (const Vec3& v : part.vertices) mesh.vertices.push_back(placed.pose * v);
     for (const auto& [a, b, c] : part.triangles) mesh.triangles.push_back({first + a, first + b, first + c});

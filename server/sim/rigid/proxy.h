@@ -16,8 +16,8 @@ namespace crumple::sim {
 // planes only has an empty mesh. nullopt: a shape of triangles, or a hull of no volume.
 std::optional<TetMesh> proxy_tets(const std::vector<PlacedShape>& shapes);
 
-// Outward triangles to draw a rigid body with, in body axes. A plane is a 20 m square of 2 m squares about the point
-// of it nearest to the shape's origin.
-SurfaceMesh draw_mesh(const std::vector<PlacedShape>& shapes);
+// Outward triangles to draw a rigid body with, in body axes. A plane is a square of 10 by 10 squares about the point
+// of it nearest to the shape's origin; plane_reach: from there to the middle of its sides [m].
+SurfaceMesh draw_mesh(const std::vector<PlacedShape>& shapes, double plane_reach = 10);
 
 }  // namespace crumple::sim

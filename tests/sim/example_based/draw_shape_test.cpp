@@ -10,14 +10,16 @@ TEST(DrawShape, WithoutARenderMeshTheSurfaceIsDrawn) {
   ExampleState state = make_state(rest, {});
   const int v = rest.surface_vertices[9];
   state.x[v] = Vec3(7, 8, 9);
-  state.E.row(v) << 0.25, 0.75, 0, 0;
+  state.E.row(v) << 0.25, 0.6, 0, 0.15;
   std::vector<Vec3> x(draw_vertex_count(rest));
-  std::vector<float> values(x.size());
+  std::vector<float> weights(3 * x.size());
   draw_positions(rest, state, x);
-  draw_values(rest, state, values);
+  draw_weights(rest, state, weights);
   EXPECT_EQ(x[9], Vec3(7, 8, 9));
-  EXPECT_FLOAT_EQ(values[9], 0.75f);
-  EXPECT_EQ(values[8], 0.0f);
+  for (const auto& [e, weight] : {std::pair{0, 0.6f}, {1, 0.0f}, {2, 0.15f}}) {
+    EXPECT_FLOAT_EQ(weights[e * x.size() + 9], weight);
+    EXPECT_EQ(weights[e * x.size() + 8], 0.0f);
+  }
   // Closed, and as large as the box: the divergence theorem over the triangles gives its volume.
   draw_positions(rest, make_state(rest, {}), x);
   double volume = 0;
@@ -35,15 +37,22 @@ TEST(DrawShape, ARenderMeshFollowsItsTets) {
   ExampleState state = make_state(rest, {});
   const Quat R = turn(77, Vec3(1, 1, 0)).q;
   for (Vec3& p : state.x) p = R * p;
-  state.E.col(0).setConstant(0.4);
+  state.E.rowwise() = Eigen::RowVector4d(0.4, 0.1, 0.3, 0.2);
+  const Tet& around = set->mesh.tets[rest.embedding.tet[1]];
+  state.E.row(around[2]) << 0, 0, 1, 0;
   std::vector<Vec3> x(3);
-  std::vector<float> values(3);
+  std::vector<float> weights(9);
   draw_positions(rest, state, x);
-  draw_values(rest, state, values);
+  draw_weights(rest, state, weights);
   for (int v = 0; v < 3; ++v) {
     EXPECT_LT((x[v] - R * set->render.vertices[v]).norm(), 1e-12);
-    EXPECT_FLOAT_EQ(values[v], 0.6f);
   }
+  // Between a tet's corners weights are as its positions are: linear.
+  const double share = rest.embedding.weights[1][2];
+  EXPECT_GT(share, 0.01);
+  EXPECT_FLOAT_EQ(weights[1], static_cast<float>(0.1 * (1 - share)));
+  EXPECT_FLOAT_EQ(weights[3 + 1], static_cast<float>(0.3 * (1 - share) + share));
+  EXPECT_FLOAT_EQ(weights[6 + 1], static_cast<float>(0.2 * (1 - share)));
 }
 
 }  // namespace

@@ -59,6 +59,9 @@ TEST(DrawMesh, PlaneFacesItsNormal) {
     area += n.norm();
   }
   EXPECT_NEAR(area, 400, 1e-9);
+  double reach = 0;
+  for (const Vec3& v : draw_mesh({{Pose{}, Plane{{0, 2, 0}, 3}}}, 70).vertices) reach = std::max({reach, std::abs(v.x()), std::abs(v.z())});
+  EXPECT_NEAR(reach, 70, 1e-9);
   EXPECT_NEAR(mesh.vertices[0].y(), 1.5, 1e-12);
 }
 

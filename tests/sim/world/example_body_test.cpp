@@ -1,6 +1,8 @@
 #include "server/sim/bodies/example_body.h"
+#include "server/sim/example_based/draw_shape.h"
 #include "tests/sim/world/world_bodies.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace crumple::sim {
@@ -80,6 +82,25 @@ TEST_F(StruckBarrel, AWeakRegionYieldsBelowTheBodysBeta) {
   EXPECT_EQ(step().plastic, 1);
   body->strike(Vec3(-0.33, 0, 0), Vec3(0.4, 0, 0));
   EXPECT_EQ(step().plastic, 0);
+}
+
+// What a viewer colours: a channel for each example but the rest pose.
+TEST_F(StruckBarrel, ItsValuesAreTheWeightsOfItsExamplesByName) {
+  ASSERT_TRUE(body);
+  const BodyTopology drawn = body->topology(description);
+  EXPECT_EQ(drawn.channels, (std::vector<std::string>{"crushed_side", "squashed", "bent", "crumpled"}));
+  body->strike(Vec3(0.33, 0, 0), Vec3(-40, 0, 0));
+  for (int k = 0; k < 100; ++k) step();
+  BodyFrame frame;
+  body->capture(Pose{}, true, frame);
+  const std::size_t n = drawn.vertices.size();
+  ASSERT_EQ(frame.values.size(), 4 * n);
+  std::vector<float> weights(4 * n);
+  example_based::draw_weights(body->rest(), body->state, weights);
+  EXPECT_EQ(frame.values, weights);
+  EXPECT_GT(*std::ranges::max_element(frame.values), 0.1f);
+  body->capture(Pose{}, false, frame);
+  EXPECT_TRUE(frame.values.empty());
 }
 
 // Two barrels, of which the second falls; its parameters change while it is in the air.

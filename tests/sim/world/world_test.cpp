@@ -167,5 +167,15 @@ TEST(World, ABodyThatLeavesTheRangeOfNumbersIsHeldAndNothingElseStops) {
   EXPECT_TRUE(world->energies().momentum.allFinite());
 }
 
+TEST(World, TheGroundIsDrawnUnderAllThatIsOnIt) {
+  for (const double far : {0.0, -90.0}) {
+    const auto world = make_world(empty_space({ground(), ball("ball", 1, 1, at(far, 1, 0))}));
+    float lowest = 0;
+    for (const Vec3f& v : world->topology().bodies[0].vertices) lowest = std::min(lowest, v.x());
+    if (far == 0) EXPECT_EQ(lowest, -10);
+    else EXPECT_LT(lowest, far - 20);
+  }
+}
+
 }  // namespace
 }  // namespace crumple::sim

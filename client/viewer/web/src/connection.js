@@ -3,7 +3,7 @@
 import { decode } from './frame_codec.js';
 
 export class Connection {
-  // handlers: {topology(t), frame(f), status(s), event(e), closed()}
+  // handlers: {opened(), topology(t), frame(f), status(s), event(e), closed()}
   constructor(handlers) {
     this.handlers = handlers;
     this.open();
@@ -15,6 +15,7 @@ export class Connection {
     this.socket = new WebSocket(address);
     this.socket.binaryType = 'arraybuffer';
     this.socket.onmessage = (message) => this.receive(message.data);
+    this.socket.onopen = () => this.handlers.opened();
     this.socket.onclose = () => {
       this.handlers.closed();
       setTimeout(() => this.open(), 1000);

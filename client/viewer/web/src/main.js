@@ -1,14 +1,24 @@
+import { legendOf } from './channel_colours.js';
 import { Connection } from './connection.js';
+import { EventList } from './event_list.js';
 import { Stage } from './stage.js';
 
 const $ = (id) => document.getElementById(id);
 const stage = new Stage($('view'));
 const drawn = { frames: 0, since: performance.now(), rate: 0, owed: false };
-let status = null;
+const events = new EventList($('events'), $('event-count'));
+let status = null, lastStep = 0;
 
+const askForValues = () => connection.send({ type: 'values', on: $('values').checked });
 const connection = new Connection({
-  topology: (topology) => stage.setTopology(topology),
+  opened: () => { if ($('values').checked) askForValues(); },  // a new stream knows nothing of it
+  topology: (topology) => {
+    stage.setTopology(topology);
+    showLegend();
+  },
   frame: (frame) => {
+    if (frame.step < lastStep) events.clear();  // another world
+    lastStep = frame.step;
     stage.setFrame(frame);
     drawn.frames += 1;
     drawn.owed = true;
@@ -22,9 +32,9 @@ const connection = new Connection({
   },
   event: (event) => {
     if (event.particles) stage.addDust(event);
-    else showEvent(event.message);
+    else if (event.kind !== 'topology') events.add(event);  // what is drawn is seen
   },
-  error: (error) => showEvent(error.message),
+  error: (error) => events.add({ kind: 'error', step: lastStep, ...error }),
   closed: () => { $('message').textContent = 'No connection to the viewer; trying again'; },
 });
 
@@ -39,12 +49,19 @@ function showTiming(frame) {
     `frames    ${drawn.rate.toFixed(0)} /s\nviewers   ${status ? status.viewers : 1}`;
 }
 
-function showEvent(text) {
-  const item = document.createElement('li');
-  item.textContent = text;
-  $('events').append(item);
-  while ($('events').children.length > 6) $('events').firstChild.remove();
-  setTimeout(() => item.remove(), 6000);
+// What the colours stand for, while they are shown: a line for each list of channels.
+function showLegend() {
+  const lists = $('values').checked ? legendOf(stage.bodies) : [];
+  $('legend').replaceChildren(...lists.map((channels) => {
+    const line = document.createElement('li');
+    for (const { name, colour } of channels) {
+      const entry = document.createElement('span'), swatch = document.createElement('i');
+      swatch.style.background = colour;
+      entry.append(swatch, name);
+      line.append(entry);
+    }
+    return line;
+  }));
 }
 
 const impulse = () => 10 ** Number($('strength').value);
@@ -55,7 +72,10 @@ showStrength();
 $('play').addEventListener('click', () => connection.send({ type: status?.playing ? 'pause' : 'play' }));
 $('step').addEventListener('click', () => connection.send({ type: 'step', count: 1 }));
 $('reset').addEventListener('click', () => connection.send({ type: 'restart' }));
-$('values').addEventListener('change', () => connection.send({ type: 'values', on: $('values').checked }));
+$('values').addEventListener('change', () => {
+  askForValues();
+  showLegend();
+});
 window.addEventListener('keydown', (key) => {
   if (key.target instanceof HTMLInputElement || key.target instanceof HTMLButtonElement) return;
   if (key.key === ' ') $('play').click();
@@ -74,7 +94,7 @@ $('view').addEventListener('pointerup', (at) => {
   }
 });
 
-window.crumple = { stage };  // for the browser's console and for tests
+window.crumple = { stage, events };  // for the browser's console and for tests
 
 function draw() {
   stage.render();

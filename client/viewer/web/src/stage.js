@@ -2,28 +2,30 @@
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
+import { blend } from './channel_colours.js';
 import { Dust } from './dust.js';
 
-const VALUE_COLOUR = new THREE.Color(1.0, 0.12, 0.04);  // of value 1: highest stress, or away from the rest pose
+const MATT = { metalness: 0, roughness: 0.75 };  // of what shows values
 
 export class Stage {
   constructor(canvas) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true, powerPreference: 'high-performance' });
-    // A processor that draws by itself gets a plainer picture, so that the server keeps its share of it.
+    // A processor that draws by itself gets a plainer picture, so that the server keeps its share of it; unless the
+    // address asks for `?fine`.
     const gl = this.renderer.getContext();
     const about = gl.getExtension('WEBGL_debug_renderer_info');
     const name = about ? gl.getParameter(about.UNMASKED_RENDERER_WEBGL) : '';
-    this.software = /swiftshader|llvmpipe|software/i.test(name);
+    this.software = /swiftshader|llvmpipe|software/i.test(name) && !new URLSearchParams(window.location.search).has('fine');
     this.renderer.setPixelRatio(this.software ? 1 : Math.min(window.devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = !this.software;
     this.changed = true;
-    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    this.renderer.toneMapping = THREE.NeutralToneMapping;  // keeps colours that mean something
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color(0x9fb4c8);
     if (!this.software) {
       const pmrem = new THREE.PMREMGenerator(this.renderer);
       this.scene.environment = pmrem.fromScene(new RoomEnvironment(), 0.04).texture;
-      this.scene.environmentIntensity = 0.55;
+      this.scene.environmentIntensity = 0.25;
     }
     this.camera = new THREE.PerspectiveCamera(45, 1, 0.05, 500);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -38,7 +40,7 @@ export class Stage {
   }
 
   addLights() {
-    const sun = new THREE.DirectionalLight(0xfff2dd, 2.6);
+    const sun = new THREE.DirectionalLight(0xfff2dd, 2.2);
     sun.position.set(8, 14, 10);
     sun.castShadow = true;
     sun.shadow.mapSize.set(2048, 2048);
@@ -46,7 +48,7 @@ export class Stage {
     sun.shadow.bias = -0.0005;
     sun.shadow.normalBias = 0.02;
     this.sun = sun;
-    this.scene.add(sun, sun.target, new THREE.HemisphereLight(0xcfe0ff, 0x6b5f50, 0.7));
+    this.scene.add(sun, sun.target, new THREE.HemisphereLight(0xcfe0ff, 0x6b5f50, 0.8));
   }
 
   resize() {
@@ -88,6 +90,10 @@ export class Stage {
     position.setUsage(body.deformable ? THREE.DynamicDrawUsage : THREE.StaticDrawUsage);
     geometry.setAttribute('position', position);
     geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(body.triangles), 1));
+    // Normals that never change are for shadows alone, which are looked for a little along them; without any, nowhere.
+    const up = new Float32Array(body.vertices.length);
+    for (let i = 1; i < up.length; i += 3) up[i] = 1;
+    geometry.setAttribute('normal', new THREE.BufferAttribute(up, 3));
     const glass = body.opacity < 1;
     const metal = body.model === 'example_based';
     // Flat shading takes normals from the screen's derivatives: nothing to recompute when vertices move.
@@ -101,7 +107,8 @@ export class Stage {
     mesh.frustumCulled = false;
     mesh.userData = { id: body.id, fixed: body.model === 'fixed' };
     this.scene.add(mesh);
-    return { ...body, mesh, base: material.color.clone() };
+    const shine = this.software ? {} : { metalness: material.metalness, roughness: material.roughness };
+    return { ...body, mesh, base: material.color.clone(), shine };
   }
 
   // frame: {epoch, bodies: [{id, pose, positions | null, values | null}]}; frames of another epoch are not drawn.
@@ -136,30 +143,28 @@ export class Stage {
     this.dust.add(event.particles, event.time, [pale.r, pale.g, pale.b]);
   }
 
-  // Colours vertices from the body's own colour (0) to red (1).
+  // Colours vertices by their values, or gives the body back its own colour.
   setValues(body, values) {
     const { geometry, material } = body.mesh;
     if (!values || values.length === 0) {
       if (material.vertexColors) {
         material.vertexColors = false;
         material.color.copy(body.base);
+        Object.assign(material, body.shine);
         material.needsUpdate = true;
       }
       return;
     }
     if (!geometry.attributes.color) {
-      geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(values.length * 3), 3));
+      geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(geometry.attributes.position.count * 3), 3));
     }
     const colour = geometry.attributes.color;
-    for (let i = 0; i < values.length; ++i) {
-      const w = values[i];
-      colour.setXYZ(i, body.base.r + w * (VALUE_COLOUR.r - body.base.r),
-        body.base.g + w * (VALUE_COLOUR.g - body.base.g), body.base.b + w * (VALUE_COLOUR.b - body.base.b));
-    }
+    blend(body, values, colour.array);
     colour.needsUpdate = true;
     if (!material.vertexColors) {
       material.vertexColors = true;
       material.color.set(0xffffff);
+      Object.assign(material, this.software ? {} : MATT);  // metal would mirror them away
       material.needsUpdate = true;
     }
   }
@@ -196,12 +201,27 @@ export class Stage {
       }).length;
       if (hidden < best.hidden) best = { hidden, from };
     }
-    this.camera.position.copy(best.from);
+    this.look(best.from, centre);
+  }
+
+  // Puts the eye at `from` and what it looks at, where shadows are sharpest, in the middle of the picture [m].
+  look(from, centre) {
+    this.framed = true;
+    this.changed = true;
+    this.camera.position.copy(from);
     this.controls.target.copy(centre);
     this.controls.update();
+    const reach = Math.max(14, 0.8 * this.camera.position.distanceTo(this.controls.target));
     this.sun.target.position.copy(centre);
-    this.sun.position.copy(centre).add(new THREE.Vector3(8, 14, 10));
-    this.framed = true;
+    // From over the eye's left shoulder: what is seen is lit, and shadows fall to the right.
+    const back = from.clone().sub(centre).setY(0).normalize();
+    const light = back.clone().applyAxisAngle(new THREE.Vector3(0, 1, 0), -0.7).multiplyScalar(13).setY(14);
+    this.sun.position.copy(centre).addScaledVector(light, reach / 14);
+    Object.assign(this.sun.shadow.camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: 1, far: 4.3 * reach });
+    this.sun.shadow.camera.updateProjectionMatrix();
+    this.camera.near = reach / 280;
+    this.camera.far = 40 * reach;
+    this.camera.updateProjectionMatrix();
   }
 
   // The body under the pointer: {id, point, direction} with the direction of sight, or null. Fixed bodies do not count.
