@@ -9,6 +9,7 @@ namespace crumple::authoring {
 struct ArtistMesh {
   sim::SurfaceMesh surface;
   std::vector<sim::example_based::Handle> handles;
+  std::vector<int> parents;  // H: the handle that each hangs on, -1: none; or empty, where that is not known
   Eigen::MatrixXd weights;  // V x H: painted joint weights, rows sum to 1 or, where nothing is painted, 0; or empty
   std::vector<sim::example_based::Example> poses;  // of the handles, without the rest pose
   std::vector<DeformedShape> copies;

@@ -1,11 +1,11 @@
 #include "server/authoring/handles.h"
 
 #include "common/text.h"
+#include "server/authoring/surface_distance.h"
+#include "server/authoring/surface_transfer.h"
 #include "server/authoring/tet_laplacian.h"
 #include "server/sim/example_based/example_set.h"
 #include "server/sim/mesh/tet_tree.h"
-
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
@@ -24,16 +24,16 @@ struct Claim {
   Eigen::RowVectorXd weights;  // sum of what the claimants ask for
 };
 
-// Barycentric coordinates of the point of a simplex (2 or 3 corners) near p, in [0, 1].
+// Barycentric coordinates, in [0, 1], of the point of a segment or a triangle that is nearest to p.
 Eigen::VectorXd coordinates_in(std::span<const Vec3> corners, const Vec3& p) {
-  const int k = static_cast<int>(corners.size());
-  Eigen::MatrixXd edges(3, k - 1);
-  for (int c = 1; c < k; ++c) edges.col(c - 1) = corners[c] - corners[0];
-  Eigen::VectorXd w(k);
-  w.tail(k - 1) = edges.colPivHouseholderQr().solve(p - corners[0]);
-  w[0] = 1 - w.tail(k - 1).sum();
-  w = w.cwiseMax(0);
-  return w / w.sum();
+  if (corners.size() == 3) {
+    const std::array<Vec3, 3> triangle{corners[0], corners[1], corners[2]};
+    const Vec3 w = barycentric(nearest_point_on_triangle(p, triangle), triangle).cwiseMax(0);
+    return w / w.sum();
+  }
+  const Vec3 edge = corners[1] - corners[0];
+  const double length2 = edge.squaredNorm(), s = length2 > 0 ? edge.dot(p - corners[0]) / length2 : 0;
+  return Eigen::Vector2d(1 - std::clamp(s, 0.0, 1.0), std::clamp(s, 0.0, 1.0));
 }
 
 class Claims {

@@ -46,6 +46,12 @@ void join_bones(PrescoredPart& to, const PrescoredPart& from, const std::vector<
       joined.push_back(in_to[b] >= 0 ? of_to[in_to[b]] : of_from[in_from[b]]);
     of_to = std::move(joined);
   }
+  if (!to.set.handles.empty()) {
+    std::vector<sim::example_based::Handle> handles;
+    for (std::size_t b = 0; b < bones.size(); ++b)
+      handles.push_back(in_to[b] >= 0 ? to.set.handles[in_to[b]] : from.set.handles[in_from[b]]);
+    to.set.handles = std::move(handles);
+  }
   to.set.W = std::move(W);
   to.bones = std::move(bones);
 }

@@ -42,7 +42,9 @@ Result<Rig> make_rig(const sim::SurfaceMesh& surface, const EnclosingOptions& en
   rig.bones = place(rig.set.mesh, rig.surface);
   const int B = static_cast<int>(rig.bones.size());
   if (auto valid = check_bones(B); !valid) return std::unexpected(valid.error());
-  auto weighed = rig_weights(rig.set.mesh, rig.bones, weights);
+  Handles points;
+  for (const Vec3& p : rig.bones) points.handles.push_back(Handle::point(p));
+  auto weighed = rig_weights(rig.set.mesh, points, weights);
   if (!weighed) return std::unexpected(weighed.error());
   rig.set.W = std::move(weighed->W);
   rig.set.examples = {rest_example(B)};

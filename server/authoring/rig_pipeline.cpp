@@ -120,12 +120,16 @@ Result<RiggedAsset> make_asset(const ArtistMesh& mesh, const RigOptions& o, cons
   stage(0.45, "placing handles");
   auto handles = all_handles(mesh, o, set.mesh, surface, report);
   if (!handles) return std::unexpected(handles.error());
-  set.handles = *std::move(handles);
+  report.bones =
+      static_cast<int>(std::ranges::count_if(handles->shapes.handles, [](const Handle& h) { return !h.is_point(); }));
+  report.cage_edges = static_cast<int>(handles->shapes.cage_edges.size());
+  report.cage_faces = static_cast<int>(handles->shapes.cage_faces.size());
 
   stage(0.5, "weights");
   const SurfaceTransfer to_nodes(mesh.surface, set.mesh.X);
-  auto W = weights_of(mesh, o, set, to_nodes, report);
+  auto W = weights_of(mesh, o, set, *handles, to_nodes, report);
   if (!W) return std::unexpected(W.error());
+  set.handles = std::move(handles->named);
   set.W = *std::move(W);
   if (o.painted_regions) paint_regions(mesh.colours, to_nodes, set, report);
 

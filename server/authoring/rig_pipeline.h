@@ -4,6 +4,7 @@
 #include "server/authoring/artist_mesh.h"
 #include "server/authoring/example_author.h"
 #include "server/authoring/rig_from_shapes.h"
+#include "server/authoring/rig_handles.h"
 
 #include <functional>
 
@@ -15,10 +16,15 @@ struct RigOptions {
   bool keep_lattice = false;   // tets of the lattice; else drawn onto the surface and pushed out until they enclose its
                                // vertices (boundary_fit.h), so that the body touches where it is drawn; where that does
                                // not enclose all, those of the lattice, and a warning
-  std::vector<sim::example_based::Handle> handles;  // beside those of the mesh
-  int automatic_handles = -1;                       // added; -1: kDefaultHandles where no handle is given, else none
+  GivenHandles handles;        // beside those of the mesh
+  enum class Joints {
+    points,
+    bones                      // from each joint to the middle of its children; a joint without any is a point
+  } joints = Joints::points;   // what the mesh's joints are to weights that are computed
+  int automatic_handles = -1;  // added; -1: kDefaultHandles where no handle is given, else none
   enum class Weights {
-    by_mesh,             // painted where the mesh has joint weights and no other handles, else bounded biharmonic
+    by_mesh,             // painted where the mesh has joint weights, no other handles and no bones are asked for, else
+                         // bounded biharmonic
     painted,             // the mesh's own joint weights, carried to the tets
     bounded_biharmonic,  // rig_weights.h
     gaussian
@@ -45,6 +51,7 @@ struct RigReport {
   EnclosingReport enclosing;
   int nodes = 0, tets = 0;
   int given_handles = 0, automatic_handles = 0;
+  int bones = 0, cage_edges = 0, cage_faces = 0;               // among those given
   RigOptions::Weights weights = RigOptions::Weights::by_mesh;  // that were made: never by_mesh
   std::vector<ShapeRigRound> rounds;                           // of adding handles; empty without a tolerance
   bool tolerance_met = true;
@@ -61,10 +68,12 @@ struct RiggedAsset {
 using RigProgress = std::function<void(double done, const std::string& stage)>;
 
 // Errors name option, value and rule: enclosing_mesh's, bounded_biharmonic_weights' and rig_from_shapes'; handles above
-// 1024, none at all, or two of one name; a pose that names no handle; painted weights or colours where there are none,
-// or painted weights with handles that the mesh has not; a tolerance with other weights than bounded biharmonic or
-// without copies; more than 64 examples; a copy of another number of vertices; crush_depth or convex_parts out of
-// range; a surface too thin for a convex part. A handle outside of the tets acts on what is nearest, with a warning.
+// 1024, none at all, two of one name, a given one farther outside of the tets than they are long, what
+// validate(GivenHandles) rejects; Gaussian weights of bones or cages; a pose that names no handle; painted weights or
+// colours where there are none, or painted weights with handles that the mesh has not; a tolerance with other weights
+// than bounded biharmonic or without copies; more than 64 examples; a copy of another number of vertices; crush_depth
+// or convex_parts out of range; a surface too thin for a convex part. Any other handle outside of the tets acts on what
+// is nearest, with a warning.
 Result<RiggedAsset> make_asset(const ArtistMesh& mesh, const RigOptions& options, const RigProgress& progress = {});
 
 }  // namespace crumple::authoring

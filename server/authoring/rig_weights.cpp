@@ -6,14 +6,15 @@
 
 namespace crumple::authoring {
 
-Result<PointWeights> rig_weights(const sim::TetMesh& mesh, std::span<const Vec3> handles, RigWeights kind,
-                                 double reach) {
-  if (kind == RigWeights::gaussian) return PointWeights{handle_weights(mesh.X, handles), {}};
-  Handles points;
-  for (const Vec3& p : handles) points.handles.push_back(Handle::point(p));
-  auto solved = bounded_biharmonic_weights(mesh, points, {.reach = reach});
+Result<RigWeighing> rig_weights(const sim::TetMesh& mesh, const Handles& handles, RigWeights kind, double reach) {
+  if (kind == RigWeights::gaussian) {
+    std::vector<Vec3> points;
+    for (const Handle& h : handles.handles) points.push_back(h.from);
+    return RigWeighing{handle_weights(mesh.X, points), {}};
+  }
+  auto solved = bounded_biharmonic_weights(mesh, handles, {.reach = reach});
   if (!solved) return std::unexpected(solved.error());
-  PointWeights out{std::move(solved->W), {}};
+  RigWeighing out{std::move(solved->W), {}};
   const BiharmonicReport& report = solved->report;
   if (!report.converged)
     out.warnings.push_back(text("the weights did not converge in ", report.iterations, " iterations; they are valid"));

@@ -27,12 +27,15 @@ class GltfDocument {
   const std::string& name() const { return name_; }
   std::unexpected<Error> fault(const std::string& message) const { return invalid(name_, message); }
 
+  const Json& root() const { return json_; }
   // The document's own lists; empty where the file has none.
   const Json& list(const char* key) const { return list_of(json_, key); }
   // A list or an object of any object; empty where it has none, or something else.
   static const Json& list_of(const Json& object, const char* key);
   static const Json& object_of(const Json& object, const char* key);
   static std::string name_of(const Json& object, const std::string& otherwise);
+  // object[key] where it is a whole number, `missing` where there is none; -1: anything else, or negative.
+  static std::int64_t whole_number(const Json& object, const char* key, std::int64_t missing);
   static bool has(const Json& object, const char* key) { return object.is_object() && object.contains(key); }
 
   // An index into a list of `size` at object[key]; `where` is the object's path. Errors: none, or out of range.
@@ -46,25 +49,7 @@ class GltfDocument {
   Result<Eigen::MatrixXd> accessor(const Json& object, const char* key, std::initializer_list<int> components,
                                    const std::string& where) const;
 
-  // Nodes: their own transforms, parents (-1: none), and the product of transforms from the root on.
-  struct LocalTransform {
-    Eigen::Affine3d matrix = Eigen::Affine3d::Identity();  // where `given_as_matrix`
-    Vec3 translation = Vec3::Zero();
-    Quat rotation = Quat::Identity();
-    Vec3 scale = Vec3::Ones();
-    bool given_as_matrix = false;
-    Eigen::Affine3d value() const;
-  };
-  Result<std::vector<LocalTransform>> local_transforms() const;
-  std::vector<int> parents() const;
-  static std::vector<Eigen::Affine3d> world_transforms(const std::vector<LocalTransform>& local,
-                                                       const std::vector<int>& parents);
-
-  // Nodes of the scene (the file's default one, else its first, else all), parents before children.
-  Result<std::vector<int>> scene_nodes() const;
-
  private:
-  Result<void> read_buffers(std::string_view binary, const std::filesystem::path& folder);
   struct View {
     const unsigned char* data;
     std::size_t length;

@@ -82,7 +82,7 @@ std::string unique_name(std::string name, const std::vector<sim::example_based::
 
 // Applies the first keys of one animation to the nodes' transforms.
 Result<void> apply_first_keys(const GltfDocument& document, const Json& animation, const std::string& where,
-                              std::vector<GltfDocument::LocalTransform>& local) {
+                              std::vector<GltfTransform>& local) {
   const Json& channels = GltfDocument::list_of(animation, "channels");
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const Json& target = GltfDocument::object_of(channels[c], "target");
@@ -95,7 +95,7 @@ Result<void> apply_first_keys(const GltfDocument& document, const Json& animatio
     if (!node) return std::unexpected(node.error());
     const auto key = first_key(document, animation, channels[c], at, path == "rotation" ? 4 : 3, 1);
     if (!key) return std::unexpected(key.error());
-    GltfDocument::LocalTransform& transform = local[static_cast<std::size_t>(*node)];
+    GltfTransform& transform = local[static_cast<std::size_t>(*node)];
     transform.given_as_matrix = false;
     if (path == "translation") transform.translation = *key;
     if (path == "scale") transform.scale = *key;
@@ -167,6 +167,11 @@ Result<GltfSkins> read_skins(const GltfDocument& document, const std::vector<Eig
   if (out.handles.size() > static_cast<std::size_t>(sim::example_based::kMaxBones))
     return document.fault(
         text("has ", out.handles.size(), " joints, must have at most ", sim::example_based::kMaxBones));
+  const std::vector<int> parents = node_parents(document);
+  out.parents.assign(out.handles.size(), -1);
+  for (const auto& [node, handle] : handle_of_node)
+    for (int above = parents[node]; above >= 0 && out.parents[handle] < 0; above = parents[above])
+      if (const auto at = handle_of_node.find(above); at != handle_of_node.end()) out.parents[handle] = at->second;
   return out;
 }
 
@@ -186,11 +191,11 @@ Result<Eigen::MatrixXd> first_key(const GltfDocument& document, const Json& anim
 }
 
 Result<std::vector<Example>> read_poses(const GltfDocument& document, const GltfSkins& skins,
-                                        const std::vector<GltfDocument::LocalTransform>& local, ScaledJoints scaled,
+                                        const std::vector<GltfTransform>& local, ScaledJoints scaled,
                                         std::vector<std::string>& warnings) {
   std::vector<Example> poses;
   if (skins.handles.empty()) return poses;
-  const std::vector<int> parents = document.parents();
+  const std::vector<int> parents = node_parents(document);
   const Json& animations = document.list("animations");
   for (std::size_t a = 0; a < animations.size(); ++a) {
     Example pose{GltfDocument::name_of(animations[a], text("animation ", a)),
@@ -198,7 +203,7 @@ Result<std::vector<Example>> read_poses(const GltfDocument& document, const Gltf
     auto posed = local;
     if (auto applied = apply_first_keys(document, animations[a], text("animations[", a, "]"), posed); !applied)
       return std::unexpected(applied.error());
-    const auto world = GltfDocument::world_transforms(posed, parents);
+    const auto world = world_transforms(posed, parents);
     std::vector<char> done(skins.handles.size(), false);
     for (const GltfSkin& skin : skins.skins)
       for (std::size_t j = 0; j < skin.joints.size(); ++j) {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "server/authoring/artist_mesh.h"
-#include "server/io/gltf_document.h"
+#include "server/io/gltf_nodes.h"
 #include "server/io/rig_import.h"
 
 namespace crumple::io {
@@ -18,6 +18,7 @@ struct GltfSkin {
 struct GltfSkins {
   std::vector<GltfSkin> skins;
   std::vector<sim::example_based::Handle> handles;  // of all skins, each node once; at rest at M IBM^-1 0 in the scene
+  std::vector<int> parents;                         // of each: the nearest joint above its node, -1: none
 };
 
 // M is G_j IBM_j where all joints agree on it, as they do where the file's nodes stand as they were bound. Where they
@@ -33,7 +34,7 @@ Result<Eigen::MatrixXd> first_key(const GltfDocument& document, const Json& anim
 
 // Each animation's first keys as a pose of the handles: T_j = G_j IBM_j M^-1.
 Result<std::vector<sim::example_based::Example>> read_poses(const GltfDocument& document, const GltfSkins& skins,
-                                                            const std::vector<GltfDocument::LocalTransform>& local,
+                                                            const std::vector<GltfTransform>& local,
                                                             ScaledJoints scaled, std::vector<std::string>& warnings);
 
 }  // namespace crumple::io

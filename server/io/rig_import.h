@@ -15,7 +15,8 @@ enum class ScaledJoints {
 // Reads what an artist made. Of glTF 2 (.gltf, .glb):
 //   surface    all triangles where the scene's nodes put them; those of a skin as they were bound; equal positions
 //              merged, but for vertices that a morph target parts
-//   handles    joints of all skins, by their nodes' names; at rest where inverse bind matrices have them
+//   handles    joints of all skins, by their nodes' names; at rest where inverse bind matrices have them; parents as the
+//              nodes hang together
 //   weights    JOINTS_n and WEIGHTS_n for all n, normalised
 //   poses      each animation's first keys, joints without a channel as their nodes stand: what Blender exports of an
 //              action. About the file's origin: x = R u + t. One in which no joint moves is left out, with a warning

@@ -3,10 +3,9 @@
 #include "common/text.h"
 #include "crumple/v1/rig.pb.h"
 #include "server/io/mesh_file.h"
+#include "server/io/mesh_import.h"
 #include "server/io/message_json.h"
 #include "server/scene_convert/geometry_convert.h"
-
-#include <set>
 
 namespace crumple::rig {
 namespace {
@@ -24,29 +23,51 @@ Result<std::pair<Message, std::string>> read(const std::filesystem::path& file) 
   return std::pair(std::move(message), *std::move(content));
 }
 
+Result<authoring::NamedCage> to_cage(const v1::Cage& cage, const std::string& at, const std::filesystem::path& folder) {
+  authoring::NamedCage out{.name = cage.name(), .points = {}};
+  if (!cage.file().empty()) {
+    if (cage.points_size() > 0 || cage.edges_size() > 0 || cage.triangles_size() > 0)
+      return invalid(at + ".file", "is given beside points, edges or triangles, must be alone");
+    auto surface = io::import_surface(folder / cage.file());
+    if (!surface) return invalid(at + ".file", "cannot be read: " + surface.error().text());
+    if (surface->mesh.vertices.size() > static_cast<std::size_t>(sim::example_based::kMaxBones))
+      return invalid(at + ".file", text("has ", surface->mesh.vertices.size(),
+                                        " points, each a handle, must have at most ", sim::example_based::kMaxBones));
+    out.points = std::move(surface->mesh.vertices);
+    out.faces = std::move(surface->mesh.triangles);
+    return out;
+  }
+  for (const v1::Vec3& p : cage.points()) out.points.push_back(scene_convert::to_vec3(p));
+  if (cage.edges_size() % 2 != 0)
+    return invalid(at + ".edges", text("holds ", cage.edges_size(), " ids, must hold 2 an edge"));
+  if (cage.triangles_size() % 3 != 0)
+    return invalid(at + ".triangles", text("holds ", cage.triangles_size(), " ids, must hold 3 a triangle"));
+  for (int k = 0; k < cage.edges_size(); k += 2) out.edges.push_back({cage.edges(k), cage.edges(k + 1)});
+  for (int k = 0; k < cage.triangles_size(); k += 3)
+    out.faces.push_back({cage.triangles(k), cage.triangles(k + 1), cage.triangles(k + 2)});
+  return out;
+}
+
 }  // namespace
 
-Result<std::vector<sim::example_based::Handle>> read_handles(const std::filesystem::path& file) {
+Result<authoring::GivenHandles> read_handles(const std::filesystem::path& file) {
   const auto list = read<v1::HandleList>(file);
   if (!list) return std::unexpected(list.error());
-  const auto fault = [&](const std::string& field, const std::string& message) {
-    return std::unexpected(
-        io::with_line({ErrorCode::invalid_argument, field, message}, list->second, file.filename().string()));
+  const auto located = [&](const Error& error) {
+    return std::unexpected(io::with_line(error, list->second, file.filename().string()));
   };
-  std::vector<sim::example_based::Handle> handles;
-  std::set<std::string> names;
-  for (const v1::Handle& h : list->first.handles()) {
-    const std::string at = text("handles[", handles.size(), "]");
-    const Vec3 position = scene_convert::to_vec3(h.position());
-    if (h.name().empty() || h.name().size() > 256)
-      return fault(at + ".name", text("has ", h.name().size(), " bytes, must have 1 to 256"));
-    if (!names.insert(h.name()).second) return fault(at + ".name", "is \"" + h.name() + "\", which another handle has");
-    if (!position.allFinite() || position.cwiseAbs().maxCoeff() > 1e6)
-      return fault(at + ".position", "must be finite and within 1e6 m");
-    handles.push_back({h.name(), position});
+  authoring::GivenHandles out;
+  for (const v1::Handle& h : list->first.handles())
+    out.points.push_back({h.name(), scene_convert::to_vec3(h.position())});
+  for (const v1::Bone& b : list->first.bones())
+    out.bones.push_back({b.name(), scene_convert::to_vec3(b.from()), scene_convert::to_vec3(b.to())});
+  for (const v1::Cage& c : list->first.cages()) {
+    auto cage = to_cage(c, text("cages[", out.cages.size(), "]"), file.parent_path());
+    if (!cage) return located(cage.error());
+    out.cages.push_back(*std::move(cage));
   }
-  if (handles.empty()) return fault("handles", "is empty, must have at least one");
-  return handles;
+  if (auto ok = authoring::validate(out); !ok) return located(ok.error());
+  return out;
 }
 
 Result<std::vector<authoring::NamedPose>> read_poses(const std::filesystem::path& file) {

@@ -51,6 +51,8 @@ nlohmann::json summary(const authoring::RigReport& r) {
                      {"nodes", r.nodes},
                      {"tets", r.tets},
                      {"handles", {{"given", r.given_handles}, {"automatic", r.automatic_handles}}},
+                     {"bones", r.bones},
+                     {"cage", {{"edges", r.cage_edges}, {"triangles", r.cage_faces}}},
                      {"examples", examples},
                      {"weights", weights_name(r.weights)},
                      {"warnings", r.warnings}};

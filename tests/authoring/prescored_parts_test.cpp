@@ -43,7 +43,10 @@ ExampleSet rigged(const TetMesh& mesh, int handles = 6) {
   const auto surface = surface_nodes(mesh.tets);
   const auto points = points_of(mesh, place_handles(mesh, surface, handles));
   Handles all;
-  for (const Vec3& p : points) all.handles.push_back(Handle::point(p));
+  for (const Vec3& p : points) {
+    all.handles.push_back(Handle::point(p));
+    set.handles.push_back({"handle " + std::to_string(set.handles.size()), p});
+  }
   set.W = bounded_biharmonic_weights(mesh, all)->W;
   const PoseField bend = kink({.axis = Vec3::UnitX(), .hinge = Vec3::UnitZ(), .angle = 1, .width = 0.4});
   set.examples = {rest_example(handles), fit_example("bent", set.W, mesh.X, points, bend, BoneRotations::follow_field)};
@@ -102,6 +105,11 @@ void expect_consistent(const ExampleSet& set, const PrescoredAsset& asset) {
     EXPECT_LT((part.set.W.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-9);
     EXPECT_GE(part.set.W.minCoeff(), 0);
     EXPECT_EQ(part.set.example_count(), set.example_count());
+    ASSERT_EQ(part.set.handles.size(), set.handles.empty() ? 0 : part.bones.size());
+    for (std::size_t b = 0; b < part.set.handles.size(); ++b) {
+      EXPECT_EQ(part.set.handles[b].name, set.handles[part.bones[b]].name);
+      EXPECT_EQ(part.set.handles[b].position, set.handles[part.bones[b]].position);
+    }
     for (int e = 0; e < set.example_count(); ++e)
       for (std::size_t b = 0; b < part.bones.size(); ++b) {
         EXPECT_EQ(part.set.examples[e].bones[b].q.coeffs(), set.examples[e].bones[part.bones[b]].q.coeffs());

@@ -56,9 +56,26 @@ TEST(RigPipeline, KeepsTheLatticeWhereAskedTo) {
   EXPECT_EQ(made->report.vertices_enclosed, 8);
 }
 
+// Joint to child along x from -1 to 1: a bone that holds all along it, so that nothing is left to the child but its end.
+TEST(RigPipeline, JointsAreBonesWhereAskedTo) {
+  ArtistMesh mesh = jointed_block();
+  mesh.parents = {-1, 0};
+  mesh.weights.resize(0, 0);
+  RigOptions options = coarse();
+  const auto points = make_asset(mesh, options);
+  options.joints = RigOptions::Joints::bones;
+  const auto bones = make_asset(mesh, options);
+  ASSERT_TRUE(points && bones);
+  EXPECT_EQ(points->report.bones, 0);
+  EXPECT_EQ(bones->report.bones, 1);
+  EXPECT_EQ(bones->set.handles[1].name, "right");
+  EXPECT_GT(bones->set.W.col(0).mean(), 0.8);
+  EXPECT_LT(points->set.W.col(0).mean(), 0.6);
+}
+
 TEST(RigPipeline, PutsAutomaticHandlesBesideThoseGiven) {
   RigOptions options = coarse();
-  options.handles = {{"middle", Vec3(0, 0.5, 0)}};
+  options.handles.points = {{"middle", Vec3(0, 0.5, 0)}};
   options.automatic_handles = 5;
   const auto made = make_asset(jointed_block(), options);
   ASSERT_TRUE(made) << made.error().text();
@@ -342,7 +359,7 @@ TEST(RigPipeline, NamesWhatIsWrong) {
               HasSubstr("poses[\"up\"].moves is empty, must name a handle"));
   EXPECT_THAT(says(jointed_block(),
                    [](auto& o, auto&) {
-                     o.handles = {{"left", Vec3::Zero()}};
+                     o.handles.points = {{"left", Vec3::Zero()}};
                    }),
               HasSubstr("\"left\" is the name of two handles"));
   EXPECT_THAT(says(jointed_block(),

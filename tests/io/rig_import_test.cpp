@@ -78,6 +78,7 @@ TEST(RigImport, JointsBecomeHandlesWhereTheyWereBound) {
   const auto mesh = read(strip().bytes());
   ASSERT_TRUE(mesh) << mesh.error().text();
   ASSERT_EQ(mesh->handles.size(), 2u);
+  EXPECT_EQ(mesh->parents, (std::vector<int>{-1, 0}));
   EXPECT_EQ(mesh->handles[0].name, "low");
   EXPECT_EQ(mesh->handles[1].name, "high");
   EXPECT_LT((mesh->handles[0].position - Vec3(0.5, 0, 0)).norm(), 1e-6);
