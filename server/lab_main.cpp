@@ -136,7 +136,7 @@ struct BenchCommand {
   // What the command line says in place of the scene.
   void override_scene(sim::SceneDescription& description) const {
     using sim::linear_solver::SolverKind;
-    const std::map<std::string, SolverKind> kinds{{"automatic", SolverKind::automatic}, {"jacobi", SolverKind::jacobi}, {"rigid-modes", SolverKind::rigid_modes}, {"multigrid", SolverKind::multigrid}, {"direct", SolverKind::direct}};
+    const std::map<std::string, SolverKind> kinds{{"automatic", SolverKind::automatic}, {"jacobi", SolverKind::jacobi}, {"rigid-modes", SolverKind::rigid_modes}, {"multigrid", SolverKind::multigrid}, {"warped-factor", SolverKind::warped_factor}, {"direct", SolverKind::direct}};
     if (!solver.empty()) description.solver = kinds.at(solver);
     if (!integrator.empty()) {
       description.integrator = integrator == "bdf2" ? sim::Integrator::bdf2 : sim::Integrator::backward_euler;
@@ -356,7 +356,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"on", "off"}));
   b->add_option("--collision", bench.collision, "of example-based bodies, instead of the scene's (benchmark scenes: parts)")->check(CLI::IsMember({"triangles", "parts"}));
   b->add_option("--seed", bench.seed, "barrels, pachinko, pegs, space")->capture_default_str();
-  b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "rigid-modes", "multigrid", "direct"}));
+  b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "rigid-modes", "multigrid", "warped-factor", "direct"}));
   b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));
   b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));
   b->add_option("--integrator", bench.integrator, "instead of the scene's")->check(CLI::IsMember({"backward_euler", "bdf2"}));

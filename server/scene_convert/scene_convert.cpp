@@ -56,8 +56,9 @@ sim::linear_solver::SolverKind to_solver(int solver, Conversion& c) {
     case v1::Scene::MULTIGRID: return SolverKind::multigrid;
     case v1::Scene::DIRECT: return SolverKind::direct;
     case v1::Scene::RIGID_MODES: return SolverKind::rigid_modes;
+    case v1::Scene::WARPED_FACTOR: return SolverKind::warped_factor;
     default:
-      c.breach.require(false, "solver", "is " + std::to_string(solver) + ", must be AUTOMATIC, BLOCK_JACOBI, MULTIGRID, DIRECT or RIGID_MODES");
+      c.breach.require(false, "solver", "is " + std::to_string(solver) + ", must be AUTOMATIC, BLOCK_JACOBI, MULTIGRID, DIRECT, RIGID_MODES or WARPED_FACTOR");
   }
   return {};
 }

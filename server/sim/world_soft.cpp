@@ -110,6 +110,8 @@ std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
       bodies[b].X = &soft[b].X;
       bodies[b].mean_tet_volume = soft[b].mean_tet_volume;
       bodies[b].hierarchy = &soft[b].hierarchy;
+      bodies[b].rest = &soft[b].rest;
+      if (soft[b].is_whole()) bodies[b].factor = &soft[b].factor;
       continue;
     }
     if (!rigid.is_moving(id)) continue;

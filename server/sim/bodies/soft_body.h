@@ -10,6 +10,7 @@
 #include "server/sim/fem/bdf2.h"
 #include "server/sim/fem/elements.h"
 #include "server/sim/fem/fem_state.h"
+#include "server/sim/fem/warped_factor.h"
 #include "server/sim/fracture/fracture_step.h"
 #include "server/sim/fracture/fragments.h"
 #include "server/sim/linear_solver/multigrid_hierarchy.h"
@@ -57,6 +58,7 @@ class SoftBody {
   fem::StepSystem system;
   double mean_tet_volume = 0;                   // [m^3]
   linear_solver::MultigridHierarchy hierarchy;  // coarse levels of `system`
+  fem::WarpedFactor factor;                     // of `system` at rest
   Eigen::VectorXd impulse;                      // 3n: asked for by commands in this step [N s]
   contact::CollisionMesh collision;
   std::optional<contact::SelfContact> self_contact;  // where the model asks for it
@@ -68,6 +70,7 @@ class SoftBody {
   const fem::FemMaterial& material() const { return rest.material; }
   int node_count() const { return static_cast<int>(X.size()); }
   bool is_empty() const { return tets.empty(); }
+  bool is_whole() const { return X.size() == scene_nodes_.size() && fragments.empty(); }  // has never split
   int pieces() const { return last_fragments_; }  // face-connected components, without rigid fragments
   int all_pieces() const { return last_fragments_ + static_cast<int>(fragments.size()); }
 

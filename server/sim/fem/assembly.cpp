@@ -289,6 +289,7 @@ void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState
   assert(formula.w.size() == state.x.size() && formula.x_known.size() == state.x.size());
   if (system.node_count() != n || system.tets != tets) rebuild(rest, tets, n, system);
   set_prescribed(state, prescribed, system);
+  system.scale = {dt, formula.mass, formula.position};
   update_elements(rest, tets, formula.x_linear, state.plastic_strain, pool, system.elements);
   if (&formula.x_known != &formula.x_linear) shift_forces(rest, tets, formula, pool, system.elements);
 

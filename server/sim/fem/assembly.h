@@ -74,6 +74,12 @@ class StepSystem {
   };
   std::vector<std::uint16_t> corner_material;
   std::vector<Weights> weights;
+  // Of the formula that it was assembled by.
+  struct Scale {
+    double dt = 0, mass = 0, position = 0;
+    bool operator==(const Scale&) const = default;
+  };
+  Scale scale;
   std::vector<Tet> tets;    // of which connectivity and pattern were made
   double spectral_bound = 4;  // no eigenvalue of A is above so many times its block diagonal's (kNearlyIncompressible)
   bool with_split = false;  // connectivity has the corners of tets after those of octahedra

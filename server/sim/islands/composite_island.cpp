@@ -1,10 +1,8 @@
 #include "server/sim/islands/composite_island.h"
 
 #include "server/sim/contact/weight_friction.h"
-#include "server/sim/islands/composite_multigrid.h"
+#include "server/sim/islands/island_preconditioner.h"
 #include "server/sim/islands/island_system.h"
-#include "server/sim/islands/rigid_modes.h"
-#include "server/sim/linear_solver/block_jacobi.h"
 #include "server/sim/linear_solver/cholesky.h"
 #include "server/sim/mesh/disjoint_sets.h"
 
@@ -14,7 +12,6 @@
 #include <functional>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 namespace crumple::sim::islands {
 namespace {
@@ -45,54 +42,9 @@ linear_solver::SolveReport solve_directly(const IslandSystem& system, const Cont
   return {1, residual, std::isfinite(residual)};
 }
 
-// What a solve keeps from pass to pass: which preconditioner it is, and what of it does not depend on the rows.
-class Preconditioner {
- public:
-  Preconditioner(const IslandSystem& system, SolverKind wanted, const ThreadPool& pool)
-      : system_(system), kind_(system.choose(wanted)), pool_(pool) {
-    if (kind_ == SolverKind::multigrid) parts_ = system.update_coarse_levels(pool);
-    if (kind_ != SolverKind::rigid_modes) return;
-    const auto multiply = [&](const VectorXd& in, VectorXd& out) { system.multiply(in, out, pool); };
-    modes_.emplace(system.modes_parts(), system.rigid_diagonal(), std::cref(multiply));
-  }
-
-  void refresh(const ContactRows& rows) {
-    if (kind_ == SolverKind::multigrid) {
-      multigrid_.emplace(parts_, system_.rigid_diagonal(), rows, pool_);
-      return;
-    }
-    jacobi_.assign(system_.diagonal());
-    rows.add_to_diagonal(jacobi_.blocks());
-    jacobi_.invert(pool_);
-    if (modes_) modes_->factor(rows);
-  }
-
-  void apply(const VectorXd& r, VectorXd& z) {
-    if (multigrid_) return multigrid_->apply(r, z);
-    jacobi_.apply(r, z, pool_);
-    if (modes_) modes_->add_to(r, z);
-  }
-
-  // Of residuals. Rigid modes are measured as block-Jacobi is: in their own norm a stiff body that moves is large, and what its
-  // inside does small beside that.
-  linear_solver::SquaredNorm norm() const {
-    if (!modes_) return {};
-    return [this](const VectorXd& r) { return jacobi_.squared_norm(r, pool_); };
-  }
-
- private:
-  const IslandSystem& system_;
-  SolverKind kind_;
-  const ThreadPool& pool_;
-  std::vector<MultigridPart> parts_;
-  std::optional<CompositeMultigrid> multigrid_;
-  linear_solver::BlockJacobi jacobi_;
-  std::optional<RigidModes> modes_;
-};
-
 // One solve with the rows as they stand.
 linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactRows& rows, const VectorXd& b_without_rows,
-                                      const IslandOptions& options, Preconditioner& preconditioner,
+                                      const IslandOptions& options, IslandPreconditioner& preconditioner,
                                       linear_solver::CgWorkspace& workspace, VectorXd& x, const ThreadPool& pool) {
   VectorXd b = b_without_rows;
   rows.add_to_rhs(b);
@@ -193,7 +145,8 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
   }
   system.start_from(x);
   std::vector<Vec3> u(rows.size());
-  Preconditioner preconditioner(system, options.solver, pool);
+  IslandPreconditioner preconditioner(system, options.solver, pool);
+  solution.solver = preconditioner.kind();
   const bool by_weight = std::ranges::any_of(island.rows, [](const ContactRow& row) { return row.weight_speed > 0; });
   const double mass = by_weight ? system.mass() : 0;
   for (bool differs = true; differs && solution.passes < options.passes;) {

@@ -3,6 +3,7 @@
 #include "server/sim/contact/contact_rows.h"
 #include "server/sim/contact/friction.h"
 #include "server/sim/fem/assembly.h"
+#include "server/sim/fem/warped_factor.h"
 #include "server/sim/linear_solver/conjugate_gradient.h"
 #include "server/sim/linear_solver/multigrid_hierarchy.h"
 #include "server/sim/linear_solver/solver_kind.h"
@@ -39,6 +40,8 @@ struct IslandBody {
   const std::vector<Vec3>* x = nullptr;                    // positions before the step [m], borrowed
   const std::vector<Vec3>* X = nullptr;                    // rest positions, borrowed
   double mean_tet_volume = 0;                              // [m^3]
+  const fem::RestBody* rest = nullptr;                     // borrowed
+  fem::WarpedFactor* factor = nullptr;                     // borrowed: of a body that has not broken, made when needed
 };
 
 struct CompositeIsland {
@@ -74,6 +77,7 @@ struct ContactImpulse {
 struct IslandSolution {
   // Iterations over all passes; residual and convergence of the last one.
   linear_solver::SolveReport report;
+  linear_solver::SolverKind solver = linear_solver::SolverKind::jacobi;  // which one it was
   int passes = 0;
   bool finite = true;                    // false: bad input (velocities, forces); `velocity` is that of the start, rigid
                                          // and impulses are empty, no row is active

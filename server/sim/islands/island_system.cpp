@@ -115,6 +115,14 @@ SolverKind IslandSystem::choose(SolverKind wanted) const {
   const bool has_places = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].x != nullptr; });
   if (wanted == SolverKind::multigrid) return has_levels ? wanted : SolverKind::jacobi;
   if (wanted == SolverKind::rigid_modes) return has_places ? wanted : SolverKind::jacobi;
+  const bool has_factors = !island_.soft.empty() && std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].factor != nullptr; });
+  if (wanted == SolverKind::warped_factor && has_factors) return wanted;
+  return choose_without_factors();
+}
+
+SolverKind IslandSystem::choose_without_factors() const {
+  const bool has_levels = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].hierarchy != nullptr; });
+  const bool has_places = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].x != nullptr; });
   if (island_.soft.empty()) return SolverKind::jacobi;
   int largest = 0;
   double pieces = static_cast<double>(island_.rigid.size()), diagonal = 0, mass = 0;
@@ -148,6 +156,22 @@ std::vector<ModesPart> IslandSystem::modes_parts() const {
   std::vector<ModesPart> parts;
   for (const int body : island_.soft) parts.push_back({bodies_[body].system, bodies_[body].x, first_block_[body]});
   return parts;
+}
+
+std::vector<IslandSystem::FactorPart> IslandSystem::update_factors(const ThreadPool& pool) const {
+  std::vector<FactorPart> parts;
+  for (const int body : island_.soft) {
+    const IslandBody& own = bodies_[body];
+    if (!own.factor->update(*own.rest, *own.X, *own.system, pool)) return {};
+    parts.push_back({own.factor, first_block_[body], own.system->node_count()});
+  }
+  return parts;
+}
+
+double IslandSystem::spectral_bound() const {
+  double bound = 1;  // of rigid bodies
+  for (const int body : island_.soft) bound = std::max(bound, bodies_[body].system->spectral_bound);
+  return bound;
 }
 
 double IslandSystem::mass() const {

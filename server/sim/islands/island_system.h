@@ -30,10 +30,18 @@ class IslandSystem {
 
   // Which solver `automatic` is; any other stays, unless bodies have not what it needs.
   linear_solver::SolverKind choose(linear_solver::SolverKind wanted) const;
+  linear_solver::SolverKind choose_without_factors() const;  // which one `automatic` is then
   // What a multigrid cycle works on; brings the bodies' coarse levels up to date.
   std::vector<MultigridPart> update_coarse_levels(const ThreadPool& pool) const;
   std::vector<ModesPart> modes_parts() const;
+  // Each soft body's factor at rest with its first block, up to date; nothing if a body has none.
+  struct FactorPart {
+    fem::WarpedFactor* factor = nullptr;
+    int first_block = 0, blocks = 0;
+  };
+  std::vector<FactorPart> update_factors(const ThreadPool& pool) const;
 
+  double spectral_bound() const;  // no eigenvalue of A is above so many times its block diagonal's
   double mass() const;          // of all of it, as the rows of A have it [kg]
   bool anything_fixed() const;  // a prescribed node, or an active row to something that does not move
   // Adds the one velocity that makes the sum of all equations of motion hold. Elastic and contact terms of a free island

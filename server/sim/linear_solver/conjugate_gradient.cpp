@@ -52,47 +52,48 @@ SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondi
                                const ThreadPool& pool, const SquaredNorm& norm) {
   assert(x.size() == b.size());
   w.resize(b.size());
-  precondition(b, w.z);
-  const double bb = dot(b, w.z, w.partial_sums, pool);
-  if (!std::isfinite(bb)) return {0, std::numeric_limits<double>::quiet_NaN(), false};
-  const double size = norm ? norm(b) : bb;
-  if (bb <= 0) {
+  double size = norm ? norm(b) : 0;
+  if (!norm) {
+    precondition(b, w.z);
+    size = dot(b, w.z, w.partial_sums, pool);
+  }
+  if (!std::isfinite(size)) return {0, std::numeric_limits<double>::quiet_NaN(), false};
+  if (size <= 0) {
     x.setZero();
     return {0, 0, true};
   }
 
   apply(x, w.Ap);
   w.r = b - w.Ap;
-  precondition(w.r, w.z);
-  w.p = w.z;
-  double rz = dot(w.r, w.z, w.partial_sums, pool);
 
   SolveReport report;
   double best = std::numeric_limits<double>::infinity();
   int best_at = 0;
-  while (true) {
-    report.residual = std::sqrt((norm ? norm(w.r) : rz) / size);
-    if (!std::isfinite(report.residual)) return report;
-    if (report.residual <= options.tolerance) {
-      report.converged = true;
-      return report;
-    }
+  const auto ends = [&](double squared_norm) {
+    report.residual = std::sqrt(squared_norm / size);
+    report.converged = report.residual <= options.tolerance;
+    if (report.converged || !std::isfinite(report.residual)) return true;
     if (report.residual < best) {
       best = report.residual;
       best_at = report.iterations;
     }
-    if (report.iterations >= options.max_iterations || report.iterations - best_at >= kStagnationWindow ||
-        report.residual > kDivergence * best)
-      return report;
+    return report.iterations >= options.max_iterations || report.iterations - best_at >= kStagnationWindow ||
+           report.residual > kDivergence * best;
+  };
+  double rz = 0;
+  while (true) {
+    if (norm && ends(norm(w.r))) return report;  // before the preconditioner, which may be dear, is asked once more
+    precondition(w.r, w.z);
+    const double rz_before = rz;
+    rz = dot(w.r, w.z, w.partial_sums, pool);
+    if (!norm && ends(rz)) return report;
+    if (report.iterations == 0) w.p = w.z;
+    else turn(rz / rz_before, w, pool);
 
     apply(w.p, w.Ap);
     const double alpha = rz / dot(w.p, w.Ap, w.partial_sums, pool);
     if (!(alpha > 0) || !std::isfinite(alpha)) return report;
     advance(alpha, w, x, pool);
-    precondition(w.r, w.z);
-    const double rz_new = dot(w.r, w.z, w.partial_sums, pool);
-    turn(rz_new / rz, w, pool);
-    rz = rz_new;
     ++report.iterations;
   }
 }

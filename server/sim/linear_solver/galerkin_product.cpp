@@ -28,44 +28,83 @@ Eigen::Matrix3f to_matrix(const LaneBlock& B) {
   return m;
 }
 
+// visit(j, block, w_i): for each fine i that I moves by w_i, and each block (i, j) of its row; -1 - i: the diagonal's.
+template <class Visit>
+void each_fine_block(const LevelGraph& fine, const LevelTransfer& t, int I, const Visit& visit) {
+  for (int c = t.column_start[I]; c < t.column_start[I + 1]; ++c) {
+    const int i = t.fine[c];
+    visit(i, -1 - i, t.column_weight[c]);
+    for (int k = fine.row_start[i]; k < fine.row_start[i + 1]; ++k) visit(fine.columns[k], k, t.column_weight[c]);
+  }
+}
+
+// Ids of the fine blocks of before, in rows that are as long as they were.
+std::vector<int> blocks_after(const LevelGraph& before, const LevelGraph& now, std::span<const int> fine_before) {
+  std::vector<int> after(before.columns.size(), -1);
+  for (std::size_t i = 0; i < fine_before.size(); ++i) {
+    const int was = fine_before[i], size = now.row_start[i + 1] - now.row_start[i];
+    if (was < 0 || before.row_start[was + 1] - before.row_start[was] != size) continue;
+    for (int k = 0; k < size; ++k) after[before.row_start[was] + k] = now.row_start[i] + k;
+  }
+  return after;
+}
+
 }  // namespace
 
 GalerkinProduct::GalerkinProduct(const LevelGraph& fine, const LevelTransfer& t, BlockSparseMatrix<float>& A_c) {
-  const int coarse_count = t.coarse_count();
-  // Pattern: the neighbours of a coarse row, by the fine rows that it moves and theirs.
-  std::vector<int> pattern_start{0}, pattern;
-  std::vector<int> seen(coarse_count, -1);
-  // visit(j, block, w_i): for each fine i that I moves by w_i, and each block (i, j) of its row.
-  const auto each_fine_block = [&](int I, const auto& visit) {
-    for (int c = t.column_start[I]; c < t.column_start[I + 1]; ++c) {
-      const int i = t.fine[c];
-      visit(i, -1 - i, t.column_weight[c]);
-      for (int k = fine.row_start[i]; k < fine.row_start[i + 1]; ++k) visit(fine.columns[k], k, t.column_weight[c]);
-    }
-  };
-  for (int I = 0; I < coarse_count; ++I) {
-    const auto begin = static_cast<std::ptrdiff_t>(pattern.size());
-    seen[I] = I;
-    each_fine_block(I, [&](int j, int, float) {
-      for (int b = t.row_start[j]; b < t.row_start[j + 1]; ++b) {
-        const int J = t.coarse[b];
-        if (seen[J] == I) continue;
-        seen[J] = I;
-        pattern.push_back(J);
-      }
-    });
-    std::sort(pattern.begin() + begin, pattern.end());
-    pattern_start.push_back(static_cast<int>(pattern.size()));
-  }
-  A_c = BlockSparseMatrix<float>::from_pattern(std::move(pattern_start), std::move(pattern));
+  find_pattern(fine, t, nullptr, A_c);
+  find_terms(fine, t, nullptr, A_c);
+}
 
-  // Terms, counted and then filled, block by block.
+GalerkinProduct::GalerkinProduct(const LevelGraph& fine, const LevelTransfer& t, const Before& before, BlockSparseMatrix<float>& A_c) {
+  find_pattern(fine, t, &before, A_c);
+  find_terms(fine, t, &before, A_c);
+}
+
+// The neighbours of a coarse row, by the fine rows that it moves and theirs.
+void GalerkinProduct::find_pattern(const LevelGraph& fine, const LevelTransfer& t, const Before* before,
+                                   BlockSparseMatrix<float>& A_c) const {
+  std::vector<int> row_start{0}, columns;
+  std::vector<int> seen(t.coarse_count(), -1);
+  for (int I = 0; I < t.coarse_count(); ++I) {
+    const auto begin = static_cast<std::ptrdiff_t>(columns.size());
+    if (before && before->change.same[I]) {
+      const int was = before->change.coarse_before[I];
+      const std::span<const int> starts = before->A_c.row_start();
+      for (const int J : before->A_c.columns().subspan(starts[was], starts[was + 1] - starts[was]))
+        columns.push_back(before->change.coarse_after[J]);
+    } else {
+      seen[I] = I;
+      each_fine_block(fine, t, I, [&](int j, int, float) {
+        for (int b = t.row_start[j]; b < t.row_start[j + 1]; ++b) {
+          const int J = t.coarse[b];
+          if (seen[J] == I) continue;
+          seen[J] = I;
+          columns.push_back(J);
+        }
+      });
+      std::sort(columns.begin() + begin, columns.end());
+    }
+    row_start.push_back(static_cast<int>(columns.size()));
+  }
+  A_c = BlockSparseMatrix<float>::from_pattern(std::move(row_start), std::move(columns));
+}
+
+// Counted and then filled, block by block.
+void GalerkinProduct::find_terms(const LevelGraph& fine, const LevelTransfer& t, const Before* before,
+                                 const BlockSparseMatrix<float>& A_c) {
+  std::vector<int> fine_after;  // of fine blocks of before
+  if (before) fine_after = blocks_after(before->level.fine, fine, before->change.fine_before);
+  std::vector<int> point_after(before ? before->level.transfer.fine_count() : 0, -1);
+  for (std::size_t i = 0; before && i < before->change.fine_before.size(); ++i)
+    if (const int was = before->change.fine_before[i]; was >= 0) point_after[was] = static_cast<int>(i);
   const auto columns = A_c.columns();
   const auto starts = A_c.row_start();
   row_start_.push_back(0);
-  std::vector<int> slot(coarse_count, -1);  // of a coarse column in this row: 0 the diagonal, then uppers
+  if (before) terms_.reserve(before->product.terms_.size() + before->product.terms_.size() / 8);
+  std::vector<int> slot(t.coarse_count(), -1);  // of a coarse column in this row: 0 the diagonal, then uppers
   std::vector<int> count;
-  for (int I = 0; I < coarse_count; ++I) {
+  for (int I = 0; I < t.coarse_count(); ++I) {
     const auto first_upper = static_cast<int>(uppers_.size());
     slot[I] = 0;
     for (int k = starts[I]; k < starts[I + 1]; ++k) {
@@ -77,10 +116,22 @@ GalerkinProduct::GalerkinProduct(const LevelGraph& fine, const LevelTransfer& t,
       slot[columns[k]] = static_cast<int>(uppers_.size()) - first_upper;
     }
     row_start_.push_back(static_cast<int>(uppers_.size()));
-
+    const auto base = static_cast<int>(terms_.size());
+    if (before && before->change.same[I]) {
+      const GalerkinProduct& old = before->product;
+      const int was = before->change.coarse_before[I];
+      const int first = old.row_start_[was] + was, last = old.row_start_[was + 1] + was + 1;  // into its term_start_
+      const int shift = base - old.term_start_[first];
+      for (int k = first; k < last; ++k) term_start_.push_back(old.term_start_[k] + shift);
+      for (int k = old.term_start_[first]; k < old.term_start_[last]; ++k) {
+        const Term& term = old.terms_[k];
+        terms_.push_back({term.fine >= 0 ? fine_after[term.fine] : -1 - point_after[-1 - term.fine], term.weight});
+      }
+      continue;
+    }
     count.assign(uppers_.size() - first_upper + 2, 0);
     const auto each_term = [&](const auto& visit) {
-      each_fine_block(I, [&](int j, int block, float w_i) {
+      each_fine_block(fine, t, I, [&](int j, int block, float w_i) {
         for (int b = t.row_start[j]; b < t.row_start[j + 1]; ++b) {
           const int J = t.coarse[b];
           if (J < I) continue;
@@ -89,7 +140,6 @@ GalerkinProduct::GalerkinProduct(const LevelGraph& fine, const LevelTransfer& t,
       });
     };
     each_term([&](int s, const Term&) { ++count[s + 1]; });
-    const auto base = static_cast<int>(terms_.size());
     for (std::size_t s = 1; s < count.size(); ++s) count[s] += count[s - 1];
     terms_.resize(base + count.back());
     for (std::size_t s = 0; s + 1 < count.size(); ++s) term_start_.push_back(base + count[s]);

@@ -33,6 +33,7 @@ struct LevelTransfer {
   std::vector<int> column_start, fine;     // the same by coarse point
   std::vector<float> column_weight;
 
+  bool operator==(const LevelTransfer&) const = default;
   int fine_count() const { return static_cast<int>(row_start.size()) - 1; }
   int coarse_count() const { return static_cast<int>(column_start.size()) - 1; }
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace crumple::sim::linear_solver {
 namespace {
@@ -11,35 +12,48 @@ constexpr double kTooSlow = 0.75;  // a level with more than this share of the f
 
 }  // namespace
 
-void MultigridHierarchy::rebuild(const LevelGraph& graph, std::span<const Vec3> X, std::span<const char> held,
-                                 double mean_tet_volume) {
-  levels_.clear();
-  held_.assign(held.begin(), held.end());
+void MultigridHierarchy::follow(const LevelGraph& graph, std::span<const Vec3> X, std::span<const char> held,
+                                double mean_tet_volume) {
+  const std::vector<Level> before = std::exchange(levels_, {});
+  LevelGraph fine_of_before{row_start_, columns_};
+  std::vector<int> fine_before;  // which one each point was
+  if (!before.empty()) fine_before = match_points(X_, X);
   CoarseLattice lattice = coarse_lattice(X, mean_tet_volume);
   LevelGraph fine = graph;
   std::vector<Vec3> fine_X(X.begin(), X.end()), coarse_X;
-  std::vector<char> fine_held = held_;
+  std::vector<char> fine_held(held.begin(), held.end());
   while (static_cast<int>(fine_X.size()) > kCoarsest) {
     Level level;
     level.transfer = make_transfer(fine_X, fine, fine_held, lattice, levels_.empty(), coarse_X);
     if (coarse_X.empty() || static_cast<double>(coarse_X.size()) > kTooSlow * static_cast<double>(fine_X.size())) break;
-    level.product = GalerkinProduct(fine, level.transfer, level.A);
+    if (levels_.size() < before.size()) {
+      const Level& old = before[levels_.size()];
+      const LevelView was{fine_of_before, old.transfer};
+      LevelChange change = level_change(was, {fine, level.transfer}, std::move(fine_before));
+      level.product = GalerkinProduct(fine, level.transfer, {old.product, was, old.A, change}, level.A);
+      fine_of_before = {old.A.row_start(), old.A.columns()};
+      fine_before = std::move(change.coarse_before);
+    } else {
+      level.product = GalerkinProduct(fine, level.transfer, level.A);
+    }
     levels_.push_back(std::move(level));
     fine = {levels_.back().A.row_start(), levels_.back().A.columns()};  // of vectors whose storage moves along
     fine_X = coarse_X;
     fine_held.assign(fine_X.size(), 0);
     lattice.spacing *= 2;
   }
+  held_.assign(held.begin(), held.end());
+  X_.assign(X.begin(), X.end());
+  row_start_.assign(graph.row_start.begin(), graph.row_start.end());
+  columns_.assign(graph.columns.begin(), graph.columns.end());
 }
 
 template <class Scalar>
 void MultigridHierarchy::update(const BlockSparseMatrix<Scalar>& A, std::span<const Vec3> X, std::span<const char> held,
                                 double mean_tet_volume, const ThreadPool& pool) {
   assert(static_cast<int>(X.size()) == A.rows() && held.size() == X.size());
-  if (A.block_count() != block_count_ || !std::ranges::equal(held, held_)) {
-    block_count_ = A.block_count();
-    rebuild({A.row_start(), A.columns()}, X, held, mean_tet_volume);
-  }
+  if (!std::ranges::equal(A.row_start(), row_start_) || !std::ranges::equal(A.columns(), columns_) || !std::ranges::equal(held, held_))
+    follow({A.row_start(), A.columns()}, X, held, mean_tet_volume);
   for (std::size_t k = 0; k < levels_.size(); ++k) {
     Level& level = levels_[k];
     if (k == 0) level.product.update(A, level.A, pool);

@@ -8,8 +8,9 @@
 namespace crumple::sim::linear_solver {
 
 // The coarse levels of one body: lattices over its rest shape, each twice as wide as the one before, and Galerkin
-// operators on them. Level 0 is the body's own matrix and is not kept here. Structure follows topology and held nodes;
-// values are a function of the matrix alone, so that a step does not depend on steps before it.
+// operators on them. Level 0 is the body's own matrix and is not kept here. Structure is a function of topology and held nodes,
+// values of the matrix, alone, so that a step does not depend on steps before it: after a split what is far from it is taken over, which
+// is what making it anew would give, bit for bit.
 class MultigridHierarchy {
  public:
   struct Level {
@@ -18,7 +19,7 @@ class MultigridHierarchy {
     BlockSparseMatrix<float> A;
   };
 
-  // Makes the levels anew if the matrix has another pattern or other nodes are held, and computes their operators.
+  // Brings the levels up to date if the matrix has another pattern or other nodes are held, and computes their operators.
   // X: rest positions; held: prescribed nodes, whose rows of A are struck; mean_tet_volume [m^3].
   template <class Scalar>
   void update(const BlockSparseMatrix<Scalar>& A, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume,
@@ -27,11 +28,13 @@ class MultigridHierarchy {
   const std::vector<Level>& levels() const { return levels_; }
 
  private:
-  void rebuild(const LevelGraph& graph, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume);
+  void follow(const LevelGraph& graph, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume);
 
   std::vector<Level> levels_;
+  // What they were made of.
   std::vector<char> held_;
-  int block_count_ = -1;
+  std::vector<Vec3> X_;
+  std::vector<int> row_start_, columns_;
 };
 
 extern template void MultigridHierarchy::update(const BlockSparseMatrix<float>&, std::span<const Vec3>, std::span<const char>,

@@ -1,43 +1,29 @@
 #include "server/sim/linear_solver/simultaneous_solve.h"
 
+#include "server/sim/linear_solver/supernodes.h"
+
 #include <algorithm>
 #include <cassert>
-#include <span>
 
 namespace crumple::sim::linear_solver {
 namespace {
 
 constexpr int kWidth = 16;  // two lines of the cache a row
 
-// Row ids of column j, the diagonal's first.
-std::span<const int> rows_of(const Eigen::SparseMatrix<double>& L, int j) {
-  return {L.innerIndexPtr() + L.outerIndexPtr()[j], L.innerIndexPtr() + L.outerIndexPtr()[j + 1]};
-}
-
-// The first column after j that has other rows below it than j and those between.
-int panel_end(const Eigen::SparseMatrix<double>& L, int j) {
-  int end = j + 1;
-  while (end < L.cols() && std::ranges::equal(rows_of(L, end), rows_of(L, end - 1).subspan(1))) ++end;
-  return end;
-}
-
 }  // namespace
 
 SimultaneousSolve::SimultaneousSolve(const Cholesky& cholesky) {
   Cholesky::Factor factor = cholesky.copy_factor();
   const Eigen::SparseMatrix<double>& L = factor.L;
-  for (int j = 0, end = 0; j < L.cols(); j = end) {
-    end = panel_end(L, j);
-    const std::span<const int> below = rows_of(L, end - 1).subspan(1);
-    const int width = end - j, count = static_cast<int>(below.size());
-    const auto entry = [&](int row, int c) {  // row: below the panel
-      return L.valuePtr()[L.outerIndexPtr()[j + c + 1] - count + row];
-    };
-    panels_.push_back({j, width, count, rows_.size(), own_.size(), by_row_.size()});
-    rows_.insert(rows_.end(), below.begin(), below.end());
-    for (int c = 0; c < width; ++c)
-      own_.insert(own_.end(), L.valuePtr() + L.outerIndexPtr()[j + c],
-                  L.valuePtr() + L.outerIndexPtr()[j + c + 1] - count);
+  for (const Supernode& s : supernodes(L)) {
+    const int width = s.width, count = static_cast<int>(s.below.size());
+    const auto entry = [&](int row, int c) { return below_values(L, s, c)[row]; };
+    panels_.push_back({s.first, width, count, rows_.size(), own_.size(), by_row_.size()});
+    rows_.insert(rows_.end(), s.below.begin(), s.below.end());
+    for (int c = 0; c < width; ++c) {
+      const std::span<const double> own = own_values(L, s, c);
+      own_.insert(own_.end(), own.begin(), own.end());
+    }
     for (int r = 0; r < count; r += 2)
       for (int c = 0; c < width; ++c)
         for (int k = r; k < std::min(r + 2, count); ++k) by_row_.push_back(entry(k, c));

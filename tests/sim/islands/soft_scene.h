@@ -27,6 +27,7 @@ struct SoftBody {
   fem::StepSystem system;
   std::vector<fem::PrescribedNode> prescribed;
   linear_solver::MultigridHierarchy hierarchy;
+  fem::WarpedFactor factor;
 
   void meet_itself() { self = contact::make_self_contact(collision, mesh.X); }
   Vec3 momentum() const {
@@ -144,7 +145,9 @@ struct SoftScene {
                         .hierarchy = &body.hierarchy,
                         .x = &body.state.x,
                         .X = &body.mesh.X,
-                        .mean_tet_volume = body.rest.volume[0]});
+                        .mean_tet_volume = body.rest.volume[0],
+                        .rest = &body.rest,
+                        .factor = &body.factor});
     }
     for (RigidBox& box : rigid) {
       const Mat3 I = box.inertia_W();

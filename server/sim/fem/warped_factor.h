@@ -1,0 +1,49 @@
+#pragma once
+
+#include "server/sim/fem/assembly.h"
+#include "server/sim/linear_solver/supernodal_solve.h"
+
+#include <span>
+#include <vector>
+
+namespace crumple::sim::fem {
+
+// Preconditioner z = R (L L^T)^-1 R^T r of a body whose tets stay as they are: L L^T is the Cholesky factor of the step's matrix as
+// it would be with every node at rest, R a rotation a node, the mean of those of the elements around it. Where a piece has
+// only turned that is the matrix itself; where it is bent, nearly: the elements of a node turn almost alike. R is a rotation
+// whatever the elements do, inverted ones too, so that the map stays symmetric positive definite.
+// A factor is made once for each formula (dt, integrator) and set of prescribed nodes, and the last kMostKept are kept. What is kept
+// is a function of rest data alone: a step does not depend on steps before it.
+class WarpedFactor {
+ public:
+  static constexpr std::size_t kMostKept = 3;  // backward Euler, BDF2, and the guard's sub-steps
+
+  // For an assembled system of the body. X: rest positions. False: the matrix at rest has no factor; nothing may be applied then.
+  bool update(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system, const ThreadPool& pool);
+
+  // r, z: 3n, node-major; segments of longer vectors are welcome.
+  void apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::VectorXd> z);
+
+  const std::vector<Mat3>& rotations() const { return R_; }  // one a node
+  std::size_t entry_count() const { return kept_.empty() ? 0 : kept_.back().solve.entry_count(); }  // of L
+  int factored() const { return factored_; }  // how often a factor was made
+
+ private:
+  struct Kept {
+    StepSystem::Scale scale;
+    std::vector<char> prescribed;
+    std::vector<Tet> tets;
+    bool usable = false;
+    linear_solver::SupernodalSolve solve;
+  };
+  void find_rotations(const RestBody& rest, const StepSystem& system, const ThreadPool& pool);
+
+  std::vector<Kept> kept_;  // the one in use last
+  std::vector<Quat> q_;     // one a tet
+  std::vector<int> star_start_, star_;  // tets of each node, of kept_.back().tets
+  std::vector<Mat3> R_;
+  Eigen::VectorXd turned_;
+  int factored_ = 0;
+};
+
+}  // namespace crumple::sim::fem

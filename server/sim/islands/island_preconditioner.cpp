@@ -1,0 +1,93 @@
+#include "server/sim/islands/island_preconditioner.h"
+
+#include <functional>
+
+namespace crumple::sim::islands {
+
+using contact::ContactRows;
+using Eigen::VectorXd;
+using linear_solver::SolverKind;
+
+namespace {
+
+constexpr double kRelaxation = 1.5;  // of a smoothing step whose largest eigenvalue is known to be at most one; below two
+
+}  // namespace
+
+IslandPreconditioner::IslandPreconditioner(const IslandSystem& system, SolverKind wanted, const ThreadPool& pool)
+    : system_(system), kind_(system.choose(wanted)), pool_(pool) {
+  if (kind_ == SolverKind::warped_factor) {
+    factors_ = system.update_factors(pool);
+    if (factors_.empty()) kind_ = system.choose_without_factors();
+  }
+  if (kind_ == SolverKind::multigrid) parts_ = system.update_coarse_levels(pool);
+  if (kind_ != SolverKind::rigid_modes) return;
+  const auto multiply = [&](const VectorXd& in, VectorXd& out) { system.multiply(in, out, pool); };
+  modes_.emplace(system.modes_parts(), system.rigid_diagonal(), std::cref(multiply));
+}
+
+void IslandPreconditioner::refresh(const ContactRows& rows) {
+  rows_ = &rows;
+  if (kind_ == SolverKind::multigrid) {
+    multigrid_.emplace(parts_, system_.rigid_diagonal(), rows, pool_);
+    return;
+  }
+  jacobi_.assign(system_.diagonal());
+  rows.add_to_diagonal(jacobi_.blocks());
+  jacobi_.invert(pool_);
+  if (modes_) modes_->factor(rows);
+  if (kind_ != SolverKind::warped_factor || rows.size() == 0) return;
+  // A <= high D and W^T D_rows W <= high bound: no eigenvalue of the scaled blocks times the matrix is above one.
+  const double high = system_.spectral_bound();
+  smoother_.assign(system_.diagonal());
+  LevelRows(rows).add_bound(1 / high, smoother_.blocks());
+  for (Mat3& block : smoother_.blocks()) block *= high / kRelaxation;
+  smoother_.invert(pool_);
+}
+
+void IslandPreconditioner::apply(const VectorXd& r, VectorXd& z) {
+  if (multigrid_) return multigrid_->apply(r, z);
+  if (kind_ == SolverKind::warped_factor) {
+    if (rows_->size() == 0) return apply_factors(r, z);
+    return smooth_around_factors(r, z);
+  }
+  jacobi_.apply(r, z, pool_);
+  if (modes_) modes_->add_to(r, z);
+}
+
+void IslandPreconditioner::apply_factors(const VectorXd& r, VectorXd& z) {
+  jacobi_.apply(r, z, pool_);  // rigid bodies
+  pool_.for_chunks(static_cast<int>(factors_.size()), 1, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const IslandSystem::FactorPart& part = factors_[k];
+      part.factor->apply(r.segment(3 * part.first_block, 3 * part.blocks), z.segment(3 * part.first_block, 3 * part.blocks));
+    }
+  });
+}
+
+void IslandPreconditioner::subtract_product(const VectorXd& x, VectorXd& r) {
+  product_.resize(x.size());
+  system_.multiply(x, product_, pool_);
+  rows_->apply_add(x, product_, pool_);
+  r -= product_;
+}
+
+// Factors do not know of rows. What these leave is smoothed before and after, which keeps the whole symmetric positive definite.
+void IslandPreconditioner::smooth_around_factors(const VectorXd& r, VectorXd& z) {
+  left_ = r;
+  correction_.resize(r.size());
+  smoother_.apply(r, z, pool_);
+  subtract_product(z, left_);
+  apply_factors(left_, correction_);
+  z += correction_;
+  subtract_product(correction_, left_);
+  smoother_.apply(left_, correction_, pool_);
+  z += correction_;
+}
+
+linear_solver::SquaredNorm IslandPreconditioner::norm() const {
+  if (!modes_ && kind_ != SolverKind::warped_factor) return {};
+  return [this](const VectorXd& r) { return jacobi_.squared_norm(r, pool_); };
+}
+
+}  // namespace crumple::sim::islands

@@ -1,0 +1,82 @@
+#include "server/sim/linear_solver/supernodal_solve.h"
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+#include <array>
+
+namespace crumple::sim::linear_solver {
+namespace {
+
+// A Laplacian of an n x n x n grid with three unknowns a point, coupled, and `mass` times the identity: panels of every width.
+Eigen::SparseMatrix<double> solid(int n, double mass) {
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto id = [n](int i, int j, int k) { return 3 * ((i * n + j) * n + k); };
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      for (int k = 0; k < n; ++k)
+        for (int a = 0; a < 3; ++a) {
+          const int row = id(i, j, k) + a;
+          double diagonal = mass;
+          const std::array<std::array<int, 3>, 3> others{{{i + 1, j, k}, {i, j + 1, k}, {i, j, k + 1}}};
+          for (const auto& [p, q, r] : others) {
+            if (p >= n || q >= n || r >= n) continue;
+            for (int b = 0; b < 3; ++b) {
+              const double value = a == b ? -1 : -0.2;
+              entries.emplace_back(row, id(p, q, r) + b, value);
+              entries.emplace_back(id(p, q, r) + b, row, value);
+            }
+          }
+          diagonal += 8.4;
+          entries.emplace_back(row, row, diagonal);
+        }
+  Eigen::SparseMatrix<double> A(3 * n * n * n, 3 * n * n * n);
+  A.setFromTriplets(entries.begin(), entries.end());
+  return A;
+}
+
+TEST(SupernodalSolve, SolvesTheSystemToSinglePrecision) {
+  for (const int n : {1, 2, 5, 9})
+    for (const auto ordering : {Cholesky::Ordering::automatic, Cholesky::Ordering::nested_dissection}) {
+      const Eigen::SparseMatrix<double> A = solid(n, 0.1);
+      Cholesky cholesky(ordering);
+      ASSERT_TRUE(cholesky.factor(A));
+      SupernodalSolve solve(cholesky);
+      const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(A.rows(), -1, 1);
+      Eigen::VectorXd x(b.size());
+      solve.solve(b.data(), x.data());
+      const Eigen::VectorXd exact = cholesky.solve(b);
+      EXPECT_LT((x - exact).norm(), 1e-5 * exact.norm()) << n;  // condition below 100
+    }
+}
+
+TEST(SupernodalSolve, IsSymmetricToDoublePrecisionWhateverTheCondition) {
+  for (const double mass : {1.0, 1e-6}) {
+    const Eigen::SparseMatrix<double> A = solid(4, mass);
+    Cholesky cholesky;
+    ASSERT_TRUE(cholesky.factor(A));
+    SupernodalSolve solve(cholesky);
+    Eigen::MatrixXd M(A.rows(), A.cols());
+    for (Eigen::Index k = 0; k < M.cols(); ++k) {
+      const Eigen::VectorXd e = Eigen::VectorXd::Unit(M.cols(), k);
+      solve.solve(e.data(), M.col(k).data());
+    }
+    EXPECT_LT((M - M.transpose()).norm(), 1e-13 * M.norm());
+    EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(0.5 * (M + M.transpose())).info(), Eigen::Success);
+  }
+}
+
+TEST(SupernodalSolve, InPlaceIsTheSame) {
+  const Eigen::SparseMatrix<double> A = solid(3, 1);
+  Cholesky cholesky;
+  ASSERT_TRUE(cholesky.factor(A));
+  SupernodalSolve solve(cholesky);
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(A.rows(), 0, 2);
+  Eigen::VectorXd x(b.size()), in_place = b;
+  solve.solve(b.data(), x.data());
+  solve.solve(in_place.data(), in_place.data());
+  EXPECT_EQ(x, in_place);
+}
+
+}  // namespace
+}  // namespace crumple::sim::linear_solver
