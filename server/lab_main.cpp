@@ -11,6 +11,7 @@
 #include "server/lab/impulse_tuning.h"
 #include "server/lab/material_preview.h"
 #include "server/lab/material_replay.h"
+#include "server/lab/split_times.h"
 #include "server/lab/stability/stability_command.h"
 #include "server/lab/static_solve.h"
 #include "server/lab/step_comparison.h"
@@ -303,6 +304,15 @@ int main(int argc, char** argv) {
   e->add_option("--repeats", kernels.repeats)->capture_default_str();
   e->callback([&] {
     const auto result = lab::time_example_kernels(kernels);
+    exit_code = result ? print(*result) : fail(result.error());
+  });
+
+  lab::SplitTimesOptions splits;
+  auto* splits_command = app.add_subcommand("splits", "multigrid's coarse levels after random splits: followed, and made anew, in microseconds");
+  splits_command->add_option("--cells", splits.cells, "of a block, along x, y and z")->delimiter(',')->capture_default_str();
+  splits_command->add_option("--splits", splits.splits)->capture_default_str();
+  splits_command->callback([&] {
+    const auto result = lab::time_splits(splits);
     exit_code = result ? print(*result) : fail(result.error());
   });
 

@@ -27,7 +27,13 @@ void ThreadPool::for_chunks(int count, int chunk, const std::function<void(int, 
     for (int c = 0; c < chunks; ++c) run(c);
     return;
   }
-  impl_->arena.execute([&] { tbb::parallel_for(0, chunks, run, tbb::simple_partitioner()); });
+  // A free thread takes the next chunk: what is to start first comes first. While it waits for passes inside of a chunk it does
+  // no other chunk, whose end these would then wait for; but threads with no chunk left help with such passes.
+  std::atomic<int> next = 0;
+  const auto work = [&](int) {
+    for (int c = next++; c < chunks; c = next++) tbb::this_task_arena::isolate([&] { run(c); });
+  };
+  impl_->arena.execute([&] { tbb::parallel_for(0, std::min(impl_->threads, chunks), work, tbb::simple_partitioner()); });
 }
 
 bool ThreadPool::any_chunk(int count, int chunk, const std::function<bool(int, int)>& holds) const {

@@ -61,6 +61,7 @@ void World::Impl::solve_broken(const islands::CompositeIsland& island, const con
                                std::vector<Solved>& solved) {
   for (int b : island.soft) {
     collision_bodies[b] = collision_body(soft[b]);
+    if (!soft[b].is_whole()) island_bodies[b].factor = nullptr;
     soft[b].assemble_part(scene.gravity, scene.dt, pool);
   }
   const auto [bodies, unknowns] = alone(island);

@@ -74,6 +74,7 @@ void World::Impl::sub_step(const islands::CompositeIsland& island, const contact
                            IslandAccount& account, StepReport& report) {
   const double h = scene.dt / guard::kSubSteps;
   auto [bodies, unknowns] = alone(island);
+  for (int b : island.soft) unknowns[b].factor = nullptr;  // another dt: not worth a factor of its own
   std::vector<std::vector<Vec3>> rigid_x(bodies.size());
   std::vector<int> own;  // rigid bodies that the rigid stage will move
   for (int b : island.rigid) {

@@ -30,7 +30,8 @@ Study solver() {
               {"multigrid, polar + QR, tolerance", knobs::cg_tolerance(), {.solver = SolverKind::multigrid, .rotation = RotationRule::polar_qr}},
               {"block-Jacobi, cap, no guard", knobs::cg_cap(), {.solver = SolverKind::jacobi}},
               {"block-Jacobi, cap, guarded", knobs::cg_cap(true), {.solver = SolverKind::jacobi}},
-              {"direct", {"-", {{1, "direct"}}, [](Setup&, double) {}}, {.solver = SolverKind::direct}, 0, "a direct solve has nothing to set"}};
+              {"direct", {"-", {{1, "direct"}}, [](Setup&, double) {}}, {.solver = SolverKind::direct}, 0, "a direct solve has nothing to set"},
+              {"warped factor, tolerance", knobs::cg_tolerance(), {.solver = SolverKind::warped_factor}}};
   for (const std::size_t c : {std::size_t{3}, std::size_t{5}}) {
     for (KnobValue& v : s.curves[c].knob.values) v.heavy = true;
   }

@@ -54,7 +54,7 @@ bool WarpedFactor::update(const RestBody& rest, const std::vector<Vec3>& X, cons
   } else {
     if (kept_.size() == kMostKept) kept_.erase(kept_.begin());
     Kept& made = kept_.emplace_back(Kept{system.scale, system.prescribed, system.tets, false, {}});
-    linear_solver::Cholesky cholesky(linear_solver::Cholesky::Ordering::nested_dissection);
+    linear_solver::Cholesky cholesky;
     made.usable = cholesky.factor(matrix_at_rest(rest, X, system, pool));
     if (made.usable) made.solve = linear_solver::SupernodalSolve(cholesky);
     ++factored_;

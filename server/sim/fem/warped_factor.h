@@ -16,7 +16,7 @@ namespace crumple::sim::fem {
 // is a function of rest data alone: a step does not depend on steps before it.
 class WarpedFactor {
  public:
-  static constexpr std::size_t kMostKept = 3;  // backward Euler, BDF2, and the guard's sub-steps
+  static constexpr std::size_t kMostKept = 2;  // backward Euler and BDF2
 
   // For an assembled system of the body. X: rest positions. False: the matrix at rest has no factor; nothing may be applied then.
   bool update(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system, const ThreadPool& pool);

@@ -24,6 +24,15 @@ using linear_solver::SolverKind;
 
 bool has_unknowns(const ContactSide& side) { return side.node_count > 0 || side.rigid; }
 
+// Parker & O'Brien 2009, section 4: what more than one thread is to work on; here in blocks of unknowns, of which a node is one.
+bool is_large(int blocks, int all) { return blocks >= 60 && 4 * blocks > all; }
+
+int block_count(const CompositeIsland& island, std::span<const IslandBody> bodies) {
+  int blocks = 2 * static_cast<int>(island.rigid.size());
+  for (const int body : island.soft) blocks += bodies[body].system->node_count();
+  return blocks;
+}
+
 // The whole system by one factor. residual: |b - A x| / |b| as it is.
 linear_solver::SolveReport solve_directly(const IslandSystem& system, const ContactRows& rows, const VectorXd& b,
                                           const linear_solver::LinearMap& apply, VectorXd& x) {
@@ -176,9 +185,18 @@ std::vector<IslandSolution> solve_all(std::span<CompositeIsland> islands, std::s
                                       std::span<const IslandOptions> options, const contact::FrictionMemory& memory,
                                       const ThreadPool& pool) {
   assert(options.size() == islands.size());
+  std::vector<int> blocks, order(islands.size());
+  for (const CompositeIsland& island : islands) blocks.push_back(block_count(island, bodies));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, std::ranges::greater(), [&](int k) { return blocks[k]; });
+  const int all = std::accumulate(blocks.begin(), blocks.end(), 0);
+  const ThreadPool alone(1);
   std::vector<IslandSolution> solutions(islands.size());
   pool.for_chunks(static_cast<int>(islands.size()), 1, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) solutions[k] = solve(islands[k], bodies, options[k], memory, pool);
+    for (int i = begin; i < end; ++i) {
+      const int k = order[i];
+      solutions[k] = solve(islands[k], bodies, options[k], memory, is_large(blocks[k], all) ? pool : alone);
+    }
   });
   return solutions;
 }

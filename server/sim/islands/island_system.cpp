@@ -16,6 +16,8 @@ constexpr int kMultigridPiece = 250;
 constexpr int kMultigridBlocks = 90;
 constexpr double kMultigridStiffness = 200;
 constexpr double kModesStiffness = 20;  // rigid modes for their set-up
+// Up to so many nodes, and as stiff as that, a factor costs less than any other; of larger ones making it is a long step.
+constexpr int kFactorNodes = 300;
 
 // Whether momentum leaves the island through the row.
 bool is_anchored(const contact::ContactRow& row) {
@@ -107,17 +109,34 @@ void IslandSystem::append_to(std::vector<Eigen::Triplet<double>>& entries) const
   }
 }
 
-// Where a large piece is stiff, multigrid: block-Jacobi needs many iterations there. Where pieces are small, what those iterations
-// go into is the motion of pieces as a whole. Soft and light ones are block-Jacobi's.
+// Where nothing touches a small stiff body that is whole, its factor. Where a large piece is stiff, multigrid: block-Jacobi needs many
+// iterations there. Where pieces are small, what those iterations go into is the motion of pieces as a whole. Soft and light ones are
+// block-Jacobi's.
 SolverKind IslandSystem::choose(SolverKind wanted) const {
   if (wanted == SolverKind::jacobi || wanted == SolverKind::direct) return wanted;
-  const bool has_levels = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].hierarchy != nullptr; });
-  const bool has_places = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].x != nullptr; });
+  const auto all_have = [&](const auto& has) { return std::ranges::all_of(island_.soft, [&](int body) { return has(bodies_[body]); }); };
+  const bool has_levels = all_have([](const IslandBody& body) { return body.hierarchy != nullptr; });
+  const bool has_places = all_have([](const IslandBody& body) { return body.x != nullptr; });
+  const bool has_factors = !island_.soft.empty() && all_have([](const IslandBody& body) { return body.factor != nullptr; });
   if (wanted == SolverKind::multigrid) return has_levels ? wanted : SolverKind::jacobi;
   if (wanted == SolverKind::rigid_modes) return has_places ? wanted : SolverKind::jacobi;
-  const bool has_factors = !island_.soft.empty() && std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].factor != nullptr; });
   if (wanted == SolverKind::warped_factor && has_factors) return wanted;
+  const bool alone = island_.rows.empty() && island_.rigid.empty();
+  if (wanted == SolverKind::automatic && has_factors && alone && blocks_ <= kFactorNodes && stiffness() >= kModesStiffness)
+    return SolverKind::warped_factor;
   return choose_without_factors();
+}
+
+double IslandSystem::stiffness() const {
+  double diagonal = 0, mass = 0;
+  for (const int body : island_.soft) {
+    const fem::StepSystem& s = *bodies_[body].system;
+    for (int i = 0; i < s.node_count(); ++i) {
+      diagonal += s.diagonal()[i].trace();
+      mass += 3 * s.row_mass[i];
+    }
+  }
+  return diagonal / mass;
 }
 
 SolverKind IslandSystem::choose_without_factors() const {
@@ -125,20 +144,17 @@ SolverKind IslandSystem::choose_without_factors() const {
   const bool has_places = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].x != nullptr; });
   if (island_.soft.empty()) return SolverKind::jacobi;
   int largest = 0;
-  double pieces = static_cast<double>(island_.rigid.size()), diagonal = 0, mass = 0;
+  double pieces = static_cast<double>(island_.rigid.size());
   for (const int body : island_.soft) {
     const fem::StepSystem& s = *bodies_[body].system;
     pieces += s.piece_count;
     std::vector<int> size(s.piece_count, 0);
-    for (int i = 0; i < s.node_count(); ++i) {
-      largest = std::max(largest, ++size[s.piece[i]]);
-      diagonal += s.diagonal()[i].trace();
-      mass += 3 * s.row_mass[i];
-    }
+    for (int i = 0; i < s.node_count(); ++i) largest = std::max(largest, ++size[s.piece[i]]);
   }
-  if (has_levels && largest >= kMultigridPiece && blocks_ >= kMultigridBlocks * pieces && diagonal >= kMultigridStiffness * mass)
+  const double stiff = stiffness();
+  if (has_levels && largest >= kMultigridPiece && blocks_ >= kMultigridBlocks * pieces && stiff >= kMultigridStiffness)
     return SolverKind::multigrid;
-  return has_places && diagonal >= kModesStiffness * mass ? SolverKind::rigid_modes : SolverKind::jacobi;
+  return has_places && stiff >= kModesStiffness ? SolverKind::rigid_modes : SolverKind::jacobi;
 }
 
 std::vector<MultigridPart> IslandSystem::update_coarse_levels(const ThreadPool& pool) const {

@@ -41,6 +41,7 @@ class IslandSystem {
   };
   std::vector<FactorPart> update_factors(const ThreadPool& pool) const;
 
+  double stiffness() const;       // of soft bodies: the diagonal of A over the mass in it [-]
   double spectral_bound() const;  // no eigenvalue of A is above so many times its block diagonal's
   double mass() const;          // of all of it, as the rows of A have it [kg]
   bool anything_fixed() const;  // a prescribed node, or an active row to something that does not move

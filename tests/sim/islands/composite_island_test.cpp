@@ -101,7 +101,7 @@ TEST(CompositeIslands, EverySolverGivesTheSameMotion) {
   direct.step();
   ASSERT_GT(direct.rows.size(), 10u);
   EXPECT_EQ(direct.solutions[0].report.iterations, direct.solutions[0].passes);
-  for (auto kind : {linear_solver::SolverKind::jacobi, linear_solver::SolverKind::rigid_modes, linear_solver::SolverKind::multigrid}) {
+  for (auto kind : {linear_solver::SolverKind::jacobi, linear_solver::SolverKind::rigid_modes, linear_solver::SolverKind::multigrid, linear_solver::SolverKind::warped_factor}) {
     SoftScene other = leaning(kind);
     other.step();
     for (const IslandSolution& solution : other.solutions) EXPECT_TRUE(solution.report.converged);

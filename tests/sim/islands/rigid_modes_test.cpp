@@ -134,7 +134,8 @@ TEST(RigidModes, AreTakenForSmallStiffPiecesAndNotForSoftOnes) {
   const auto chosen = [](double young) {
     SoftScene scene;
     scene.add_soft({1, 1, 1}, Vec3(0.1, 0.1, 0.1), Vec3::Zero(), Vec3::Zero(), young);
-    const std::vector<IslandBody> bodies = scene.assemble();
+    std::vector<IslandBody> bodies = scene.assemble();
+    bodies[0].factor = nullptr;  // as of what has broken
     scene.detect();
     const CompositeIsland island = composite_islands(bodies, scene.rows).at(0);
     return IslandSystem(island, bodies).choose(SolverKind::automatic);
