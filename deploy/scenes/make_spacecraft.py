@@ -95,7 +95,7 @@ def space():
                 for x in (-1.5, 1.5):
                     joints.append(joint(name, f"{name} {word} wing", add(place, turn_y(angle, (-1.6 + x, 0, 1.1 * side))), 1.5e6, 1.5e6))
     return {"name": "space", "description": "A fleet flies into a ship of 124 m and loses its wings, after Jones et al. 2016, figure 10.",
-            "dt": 0.002, "gravity": {}, "bodies": bodies, "joints": joints, "recording": {"every": 8}}
+            "dt": 0.002, "joint_time": 0, "gravity": {}, "bodies": bodies, "joints": joints, "recording": {"every": 8}}
 
 
 def shipyard():
@@ -112,7 +112,7 @@ def shipyard():
             joints.append(joint(f"crane {crane + 1} part {k + 1}", "ground" if under < 0 else f"crane {crane + 1} part {under + 1}",
                                 add(place, turn_y(angle, at)), 1.2e6, 1.5e6))
     return {"name": "shipyard", "description": "A ship flies through three cranes, which come apart, after Jones et al. 2016, figure 9.",
-            "dt": 1 / 480, "bodies": bodies, "joints": joints, "recording": {"every": 8}}
+            "dt": 1 / 480, "joint_time": 0, "bodies": bodies, "joints": joints, "recording": {"every": 8}}
 
 
 def write(scene):
