@@ -65,6 +65,24 @@ TEST_F(StruckBarrel, ManySmallImpulsesAddUpAtTheirVertex) {
   EXPECT_EQ(step().plastic, 0);
 }
 
+// Nor may it drop what fatigue would remember.
+TEST_F(StruckBarrel, SmallImpulsesAreRememberedFromWhenItIsAskedFor) {
+  ASSERT_TRUE(body);
+  const auto dents = [&] {
+    int count = 0;
+    for (int k = 0; k < 3; ++k) {
+      body->strike(Vec3(0.33, 0, 0), Vec3(-0.4, 0, 0));  // beta is 1 N s
+      count += step().plastic;
+    }
+    return count;
+  };
+  EXPECT_EQ(dents(), 0);
+  SetExampleParameters tired{0};
+  tired.fatigue_time = 5;
+  body->set_parameters(tired);
+  EXPECT_EQ(dents(), 1);
+}
+
 // The quick way out for bodies at rest must know of regions that yield before the body's beta does.
 TEST_F(StruckBarrel, AWeakRegionYieldsBelowTheBodysBeta) {
   ASSERT_TRUE(body);
@@ -116,18 +134,14 @@ TEST(ExampleParameters, EachActsFromTheStepInWhichItIsChanged) {
 }
 
 // What goes beyond the paper can be changed, too.
-TEST(ExampleParameters, GoalVolumeAndFatigueTakeEffect) {
-  SetExampleParameters few{1}, kept{1}, tired{1};
+TEST(ExampleParameters, GoalAndVolumeTakeEffect) {
+  SetExampleParameters few{1}, kept{1};
   few.secondary_goal = example_based::ExampleParameters::SecondaryGoal::few_examples;
   few.goal_tolerance = 1e-2;
   kept.keep_volume = true;
-  tired.beta = 30;
-  SetExampleParameters rested = tired;
-  tired.fatigue_time = 0.5;
-  const Fallen as_it_was = fall({1}), hard = fall(rested);
+  const Fallen as_it_was = fall({1});
   EXPECT_LT((fall(few).E.array() > 0).count(), (as_it_was.E.array() > 0).count());
   EXPECT_GT((fall(kept).E - as_it_was.E).norm(), 0.01);
-  EXPECT_GT((fall(tired).E - hard.E).norm(), 0.01);
 }
 
 // 20 kg at rest on the ground; beta 20 N s. Its weight would have to be remembered for 0.1 s at one place to reach beta.
@@ -142,10 +156,8 @@ TEST(ExampleFatigue, WeightAloneDentsOnlyWhereItIsRememberedLongEnough) {
     auto world = make_world(scene);
     for (int k = 0; k < 1000; ++k) world->step();
     const double dented = (1 - world->example_weights(1).col(0).array()).sum();
-    std::printf("remembered for %.2f s: %.4f of weights dented after 4 s, %s\n", memory, dented, world->is_asleep(1) ? "asleep" : "awake");
     if (memory < 1) {
       EXPECT_EQ(dented, 0);
-      EXPECT_TRUE(world->is_asleep(1));
     } else {
       EXPECT_GT(dented, 1);
     }

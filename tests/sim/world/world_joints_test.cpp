@@ -108,7 +108,7 @@ TEST(WorldJoints, PartsDentByExampleOnTheirOwnAndPart) {
   SceneDescription scene = empty_space({barrel("lower", at(0, 0, 0)), barrel("upper", at(0, 0.9, 0)),
                                         ball("ball", 0.2, 20, at(-2, 0, 0), Vec3(15, 0, 0))});
   scene.dt = 0.004;
-  scene.joints = {{0, 1, Vec3(0, 0.45, 0), 2000}};
+  scene.joints = {{0, 1, Vec3(0, 0.45, 0), 450}};
   auto world = make_world(scene);
   int dents[2]{}, parts = 0;
   for (int k = 0; k < 250; ++k) {
