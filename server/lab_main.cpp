@@ -4,6 +4,7 @@
 #include "server/lab/benchmark.h"
 #include "server/lab/benchmark_scenes.h"
 #include "server/lab/chart/chart_command.h"
+#include "server/lab/chart/example_tables_command.h"
 #include "server/lab/chart/timeline_command.h"
 #include "server/lab/destruction_scenes.h"
 #include "server/lab/example_kernels.h"
@@ -130,7 +131,8 @@ struct BenchCommand {
   bool invariants = false, depth = false;
   std::uint64_t seed = 1;
   std::string solver, precision, integrator;
-  double tolerance = 0, kappa = 0, recovery_steps = 0;
+  double tolerance = 0, kappa = 0, recovery_steps = 0, rigid_tolerance = 0;
+  int rigid_iterations = 0;
   std::string element;
   std::string collision;
 
@@ -156,7 +158,7 @@ struct BenchCommand {
 
   int run() const {
     Result<sim::SceneDescription> description = std::unexpected(Error{});
-    lab::BenchmarkOptions options{.threads = threads, .invariants = invariants, .depth = depth};
+    lab::BenchmarkOptions options{.threads = threads, .invariants = invariants, .depth = depth, .rigid_iterations = rigid_iterations, .rigid_tolerance = rigid_tolerance};
     if (scene == "beam") {
       lab::BeamOptions beam{.young = young};
       if (lattice != "femfx") beam.lattice = lattice == "kuhn" ? authoring::Lattice::kuhn : authoring::Lattice::bcc;
@@ -370,6 +372,8 @@ int main(int argc, char** argv) {
   b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));
   b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));
   b->add_option("--integrator", bench.integrator, "instead of the scene's")->check(CLI::IsMember({"backward_euler", "bdf2"}));
+  b->add_option("--rigid-iterations", bench.rigid_iterations, "of the rigid solver at most, instead of its own")->check(CLI::Range(1, 10'000));
+  b->add_option("--rigid-tolerance", bench.rigid_tolerance, "of the rigid solver [m/s], instead of its own")->check(CLI::Range(1e-15, 1.0));
   b->add_option("--element", bench.element, "of finite-element bodies, instead of the scene's")->check(CLI::IsMember({"tets", "octahedra"}));
   b->add_option("--kappa", bench.kappa, "of contact, instead of the scene's")->check(CLI::Range(1e-3, 1e6));
   b->add_option("--recovery-steps", bench.recovery_steps, "of contact, instead of the scene's")->check(CLI::Range(1.0, 1e6));
@@ -380,6 +384,7 @@ int main(int argc, char** argv) {
 
   lab::chart::add_chart_command(app, exit_code);
   lab::chart::add_timeline_command(app, exit_code);
+  lab::chart::add_example_tables_command(app, exit_code);
 
   lab::stability::add_command(app, exit_code);
 

@@ -158,7 +158,7 @@ def space():
                 for x in (-1.5, 1.5):
                     joints.append(joint(name, f"{name} {word} wing", add(place, turn_y(angle, (-1.6 + x, 0, 1.1 * side))), 1.5e6, 1.5e6))
     return {"name": "space", "description": "A fleet flies into a ship of 124 m and loses its wings, after Jones et al. 2016, figure 10.",
-            "dt": 0.002, "gravity": {}, "bodies": bodies, "joints": joints, "recording": {"every": 8}}
+            "dt": 0.002, "joint_time": 0, "gravity": {}, "bodies": bodies, "joints": joints, "recording": {"every": 8}}
 
 
 def shipyard():
@@ -182,7 +182,7 @@ def shipyard():
                            "pose": {"position": vec(x, CONTAINER[1] * (k + 0.5), z), "rotation_vector": vec(0, angle, 0)},
                            "rigid": {"shapes": [{"box": {"half_extents": half}}], "mass": 6000}})
     return {"name": "shipyard", "description": "A ship flies through three cranes, which come apart, after Jones et al. 2016, figure 9.",
-            "dt": 1 / 480, "bodies": bodies, "joints": joints, "recording": {"every": 8}}
+            "dt": 1 / 480, "joint_time": 0, "bodies": bodies, "joints": joints, "recording": {"every": 8}}
 
 
 for scene in (space(), shipyard()):

@@ -85,7 +85,16 @@ void append(const sim::Invariants& now, Json& lists) {
   lists["prescribed_work"].push_back(now.prescribed_work);
 }
 
-// The sizes of the distinct assets, and how many bodies share each.
+// Adds a step's times to their means over `steps`.
+void add_means(const sim::example_based::ExampleTimes& t, int steps, std::map<std::string, double>& means) {
+  for (const auto& [part, ms] : {std::pair("locate", t.locate), {"projection", t.projection}, {"propagation", t.propagation},
+                                 {"weights", t.weights}, {"skinning", t.skinning}, {"shape", t.shape}}) {
+    means[part] += ms / steps;
+  }
+}
+
+}  // namespace
+
 Json assets_of(const sim::SceneDescription& scene) {
   std::map<const sim::example_based::ExampleSet*, std::size_t> place;
   Json list = Json::array();
@@ -104,19 +113,9 @@ Json assets_of(const sim::SceneDescription& scene) {
   return list;
 }
 
-// Adds a step's times to their means over `steps`.
-void add_means(const sim::ExampleStageTimes& t, int steps, std::map<std::string, double>& means) {
-  for (const auto& [part, ms] : {std::pair("locate", t.locate), {"projection", t.projection}, {"propagation", t.propagation},
-                                 {"weights", t.weights}, {"skinning", t.skinning}, {"shape", t.shape}}) {
-    means[part] += ms / steps;
-  }
-}
-
-}  // namespace
-
 Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOptions& options,
                            const std::function<void(int)>& on_step) {
-  auto made = sim::World::create(scene, {.threads = options.threads, .invariants = options.invariants});
+  auto made = sim::World::create(scene, {.threads = options.threads, .invariants = options.invariants, .rigid_iterations = options.rigid_iterations, .rigid_tolerance = options.rigid_tolerance});
   if (!made) return std::unexpected(made.error());
   sim::World& world = **made;
   world.set_clock(now_ms);
@@ -131,7 +130,8 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
   int plastic = 0, broken_joints = 0, most_broken = 0;
   std::vector<std::string> stage_order;
   std::map<std::string, double> stage_ms;
-  double iterations = 0, residual = 0, penetration = 0;
+  double iterations = 0, residual = 0, penetration = 0, sweeps = 0;
+  std::vector<double> rigid_residuals;
   int capped = 0, inverted = 0, fragments = 0, splits = 0, contacts = 0, all_asleep_at = 1;
   Json invariants;
   std::vector<double> depth_mm;
@@ -155,6 +155,8 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     penetration = std::max(penetration, report.worst_penetration);
     splits += report.splits;
     contacts = std::max(contacts, report.contacts);
+    sweeps += report.rigid_sweeps;
+    rigid_residuals.push_back(report.rigid_residual);
     if (report.workload.live_bodies > 0) all_asleep_at = k + 2;
     int inverted_now = 0;
     fragments = 0;
@@ -188,6 +190,11 @@ Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOp
     examples["deform_ms"] = quantiles(every_ms["examples"]);
     examples["parts_ms"] = parts_ms;
     examples["plastic_impulses"] = plastic;
+  }
+  if (sweeps > 0) {
+    std::ranges::sort(rigid_residuals);
+    result["rigid"] = {{"sweeps_mean", sweeps / options.steps}, {"residual_median", rigid_residuals[rigid_residuals.size() / 2]},
+                       {"residual_worst", rigid_residuals.back()}};
   }
   if (!scene.joints.empty()) {
     result["joints"] = {{"count", scene.joints.size()}, {"broken", broken_joints}, {"most_in_a_step", most_broken}};

@@ -12,8 +12,14 @@ struct BenchmarkOptions {
   int steps = 100;
   bool invariants = false;
   bool depth = false;  // vertex_depth.h
+  int rigid_iterations = 0;    // of the rigid solver, at most; 0: its own
+  double rigid_tolerance = 0;  // its residual [m/s]; 0: its own
   std::string tip;    // body whose mean displacement at its x = max face is reported; empty: none
 };
+
+// The distinct example-based assets of a scene, in order of the first body that has each:
+//   [{"first": its name, "bodies", "vertices", "tets", "surface_triangles", "bones", "examples", "convex_parts"}]
+Json assets_of(const sim::SceneDescription& scene);
 
 // Steps a scene and reports, keys that do not apply left out:
 //   {"ms_per_step": {"mean", "median", "p99", "worst", "end"}, "stages": {name: mean ms},
@@ -21,7 +27,9 @@ struct BenchmarkOptions {
 //    "inverted", "fragments", "splits", "contacts_most", "sleep": {"live_bodies", "asleep_bodies", "live_tets",
 //    "asleep_tets", "live_nodes", "asleep_nodes", "asleep_fragments", "all_asleep_at"}, "state_hash", "peak_rss_mb",
 //    "examples": {"assets": a list of sizes, "rigid_ms", "deform_ms": as ms_per_step of these two stages,
-//    "parts_ms": {part of the deformation: mean, summed over bodies that run side by side}, "plastic_impulses"}}
+//    "parts_ms": {part of the deformation: mean, summed over bodies that run side by side}, "plastic_impulses"},
+//    "rigid": {"sweeps_mean": of the rigid solver a step, "residual_median", "residual_worst": what the last sweep of a step
+//    still changed [m/s]}}
 // With `invariants` also {"invariants": {name: a list with an entry a step}}: "momentum", "angular_momentum" ([x, y, z]),
 // "kinetic", "elastic", "gravitational" [J] after the step, "contact_work", "command_work", "prescribed_work" [J] in it
 // (sim::Invariants). They are taken outside the time of the steps, but for a few per cent in "solve" and "rigid".

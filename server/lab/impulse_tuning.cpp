@@ -19,7 +19,7 @@ struct Group {
 };
 
 double mass_of(const sim::ExampleModel& model) {
-  return model.mass > 0 ? model.mass : model.density * sim::example_based::make_rest(model.set).volume;
+  return model.mass > 0 ? model.mass : model.density * sim::example_based::rest_volume(*model.set);
 }
 
 Json report(Group& group, const sim::SceneDescription& scene) {

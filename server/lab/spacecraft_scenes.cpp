@@ -67,6 +67,7 @@ void add_fighter(SceneBuilder& b, const std::string& name, const Fighter& set, c
 sim::SceneDescription space(std::uint64_t seed) {
   SceneBuilder b("space", 0.00412, seed);
   b.scene.gravity.setZero();
+  b.scene.joint_time = 0;  // strengths are of one step's force
   const SharedSet ship = asset(authoring::large_ship(), 3.45, 64, 5, {"crushed_max_x", "crushed_min_y", "crushed_max_y", "crushed_min_z", "crushed_max_z"});
   b.example("ship", ship, 8e6, Vec3::Zero(), {.alpha = 3000, .beta = 2e4, .gamma = 12, .lambda = 0.95});
   const Fighter set = fighter();
@@ -83,6 +84,7 @@ sim::SceneDescription space(std::uint64_t seed) {
 
 sim::SceneDescription shipyard(std::uint64_t seed) {
   SceneBuilder b("shipyard", 1.0 / 480, seed);
+  b.scene.joint_time = 0;
   b.ground();
   const Vec3 flight(45, -1, 0);
   sim::BodyDescription& ship = b.example("ship", part(authoring::fighter_fuselage(), 0.5, 12, 4, {"crushed_max_x", "crushed_max_y"}), 30e3,

@@ -1,5 +1,6 @@
 #include "server/scene_convert/command_convert.h"
 
+#include "server/scene_convert/example_convert.h"
 #include "server/scene_convert/geometry_convert.h"
 #include "server/sim/limits.h"
 
@@ -70,6 +71,14 @@ Result<sim::Command> to_command(const v1::SetExampleParameters& message, const F
   if (message.has_mu()) command.mu = message.mu();
   if (message.has_nu()) command.nu = message.nu();
   if (message.has_restitution()) command.restitution = message.restitution();
+  if (message.has_secondary_goal()) {
+    const auto goal = to_secondary_goal(message.secondary_goal(), field + ".secondary_goal");
+    if (!goal) return std::unexpected(goal.error());
+    command.secondary_goal = *goal;
+  }
+  if (message.has_goal_tolerance()) command.goal_tolerance = message.goal_tolerance();
+  if (message.has_keep_volume()) command.keep_volume = message.keep_volume();
+  if (message.has_fatigue_time()) command.fatigue_time = message.fatigue_time();
   return checked(command, field);
 }
 

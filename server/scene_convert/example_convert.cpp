@@ -110,10 +110,27 @@ ExampleParameters to_parameters(const v1::ExampleParameters& message, const std:
   if (message.has_raw_rates()) p.raw_rates = message.raw_rates();
   p.step = to_step(message.step(), field + ".step", c);
   if (message.has_triangle_collision()) p.triangle_collision = message.triangle_collision();
+  p.secondary_goal = c.value(to_secondary_goal(message.secondary_goal(), field + ".secondary_goal"), "");
+  if (message.has_goal_tolerance()) p.goal_tolerance = message.goal_tolerance();
+  if (message.has_keep_volume()) p.keep_volume = message.keep_volume();
+  if (message.has_fatigue_time()) p.fatigue_time = message.fatigue_time();
   return p;
 }
 
 }  // namespace
+
+Result<ExampleParameters::SecondaryGoal> to_secondary_goal(int goal, const std::string& field) {
+  switch (goal) {
+    case v1::ExampleParameters::NO_GOAL:
+      return ExampleParameters::SecondaryGoal::none;
+    case v1::ExampleParameters::FEW_EXAMPLES:
+      return ExampleParameters::SecondaryGoal::few_examples;
+    case v1::ExampleParameters::SMOOTH_WEIGHTS:
+      return ExampleParameters::SecondaryGoal::smooth_weights;
+    default:
+      return invalid(field, "is " + std::to_string(goal) + ", must be NO_GOAL, FEW_EXAMPLES or SMOOTH_WEIGHTS");
+  }
+}
 
 sim::ExampleModel to_example_model(const v1::ExampleBody& message, const std::string& field, Conversion& c) {
   sim::ExampleModel model;

@@ -142,6 +142,7 @@ FindBody finder(const sim::SceneDescription& scene) {
 void add_joints(const v1::Scene& message, sim::SceneDescription& scene, Conversion& c) {
   c.breach.count(static_cast<std::size_t>(message.joints_size()), 0, sim::limits::kMaxJoints, "joints");
   if (message.has_max_breaks_per_step()) scene.max_breaks_per_step = message.max_breaks_per_step();
+  if (message.has_joint_time()) scene.joint_time = message.joint_time();
   const FindBody find = finder(scene);
   for (int i = 0; c.breach.ok() && i < message.joints_size(); ++i) {
     const v1::Joint& m = message.joints(i);

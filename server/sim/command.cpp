@@ -34,6 +34,8 @@ void check(FirstBreach& breach, const SetExampleParameters& c, const std::string
   number(c.mu, limits::kRestitutionRate, "mu");
   number(c.nu, limits::kRestitutionRate, "nu");
   number(c.restitution, limits::kUnit, "restitution");
+  number(c.goal_tolerance, limits::kGoalTolerance, "goal_tolerance");
+  number(c.fatigue_time, limits::kFatigueTime, "fatigue_time");
 }
 
 }  // namespace

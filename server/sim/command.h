@@ -2,6 +2,7 @@
 
 #include "common/error.h"
 #include "common/types.h"
+#include "server/sim/example_based/example_set.h"
 
 #include <optional>
 #include <string>
@@ -40,11 +41,15 @@ struct ApplyNodeImpulse {
   Vec3 impulse = Vec3::Zero();  // in W [N s], |.| <= kMaxImpulse
 };
 
-// Example-based bodies: parameters of Jones et al. 2016, section 4, from this step on; what is empty stays. Limits as of
-// ExampleParameters.
+// Example-based bodies: parameters of Jones et al. 2016, section 4, and options beyond it, from this step on; what is empty
+// stays. Limits as of ExampleParameters.
 struct SetExampleParameters {
   BodyId body = 0;
   std::optional<double> alpha, beta, gamma, lambda, mu, nu, restitution;
+  std::optional<example_based::ExampleParameters::SecondaryGoal> secondary_goal;
+  std::optional<double> goal_tolerance;
+  std::optional<bool> keep_volume;
+  std::optional<double> fatigue_time;
 };
 
 using Command = std::variant<ApplyImpulse, ApplyForce, ApplyNodeImpulse, SetExampleParameters>;

@@ -31,6 +31,7 @@ inline constexpr int kMaxBodies = 10'000;
 inline constexpr int kMaxJoints = 10'000;
 inline constexpr Range kBearing{0, kInfinity, false, true};  // strength [N], bending [N m]
 inline constexpr Range kBreaks{1, 1e6};
+inline constexpr Range kJointTime{0, 1};  // [s]
 inline constexpr int kMaxScript = 100'000;
 inline constexpr int kMaxNameBytes = 256;
 // contact
@@ -75,6 +76,8 @@ inline constexpr Range kBeta{0, 1e12};              // [N s]
 inline constexpr Range kGamma{0, 1e6, true};        // [m]
 inline constexpr Range kLambda{0, 1, false, true};  // [-]
 inline constexpr Range kRestitutionRate{0, 1e6};    // mu [1/s], nu [-]
+inline constexpr Range kGoalTolerance{0, 0.1};      // of the body's size [-]
+inline constexpr Range kFatigueTime{0, 1e6};        // [s]
 // commands
 inline constexpr Range kRadius{0, kMaxPosition};  // [m]
 }  // namespace limits

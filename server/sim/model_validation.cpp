@@ -152,6 +152,8 @@ void check_parameters(FirstBreach& breach, const example_based::ExampleParameter
   breach.number(p.mu, limits::kRestitutionRate, field + ".mu");
   breach.number(p.nu, limits::kRestitutionRate, field + ".nu");
   breach.number(p.restitution, limits::kUnit, field + ".restitution");
+  breach.number(p.goal_tolerance, limits::kGoalTolerance, field + ".goal_tolerance");
+  breach.number(p.fatigue_time, limits::kFatigueTime, field + ".fatigue_time");
 }
 
 }  // namespace

@@ -87,6 +87,7 @@ bool moves(const BodyDescription& body) {
 
 void check_joints(FirstBreach& breach, const SceneDescription& scene) {
   breach.number(scene.max_breaks_per_step, limits::kBreaks, "max_breaks_per_step");
+  breach.number(scene.joint_time, limits::kJointTime, "joint_time");
   breach.count(scene.joints.size(), 0, limits::kMaxJoints, "joints");
   for (std::size_t i = 0; breach.ok() && i < scene.joints.size(); ++i) {
     const JointDescription& joint = scene.joints[i];

@@ -100,8 +100,8 @@ struct BodyDescription {
 struct JointDescription {
   BodyId a = 0, b = 0;           // rigid or example-based, not both fixed or kinematic
   Vec3 point = Vec3::Zero();     // in W at t = 0 [m]
-  double strength = 0;           // force that it bears [N], [0, inf); 0: any
-  double bending = 0;            // moment about the point that it bears [N m], [0, inf); 0: any
+  double strength = 0;           // force that it bears, as a mean over joint_time [N], [0, inf); 0: any
+  double bending = 0;            // moment about the point that it bears, likewise [N m], [0, inf); 0: any
 };
 
 // What bounds the friction of a contact.
@@ -153,6 +153,7 @@ struct SceneDescription {
   std::vector<BodyDescription> bodies;  // at most 10,000; kMaxTets tets in all
   std::vector<JointDescription> joints; // at most 10,000
   int max_breaks_per_step = 32;         // of joints, the most overloaded first, [1, 1e6]
+  double joint_time = 1.0 / 60;         // a joint's load is its mean over this time, or a step if longer [s], [0, 1]
   std::vector<ScriptedCommand> script;  // ascending in time; at most 100,000
 };
 

@@ -16,7 +16,10 @@ Result<std::unique_ptr<World>> World::create(const SceneDescription& scene, cons
   assert(options.threads >= 1);
   if (auto valid = validate(scene); !valid) return std::unexpected(valid.error());
   std::unique_ptr<World> world(new World);
-  world->impl_ = std::make_unique<Impl>(options, RigidSettings{.gravity = scene.gravity});
+  RigidSettings rigid{.gravity = scene.gravity};
+  if (options.rigid_iterations > 0) rigid.iterations = options.rigid_iterations;
+  if (options.rigid_tolerance > 0) rigid.tolerance = options.rigid_tolerance;
+  world->impl_ = std::make_unique<Impl>(options, rigid);
   world->impl_->scene = scene;
   world->impl_->script = scene.script;
   if (auto made = world->impl_->make_bodies(); !made) return std::unexpected(made.error());
@@ -48,7 +51,7 @@ void World::set_clock(double (*now_ms)()) {
   for (ExampleBody& body : impl_->examples) body.set_clock(now_ms);
 }
 const std::vector<Strike>& World::strikes() const { return impl_->strikes; }
-const ExampleStageTimes& World::example_times() const { return impl_->example_times; }
+const example_based::ExampleTimes& World::example_times() const { return impl_->example_times; }
 const std::vector<StageTime>& World::stage_times() const { return impl_->stage_times; }
 double World::time() const { return impl_->time(); }
 std::uint64_t World::step_count() const { return impl_->step; }
@@ -150,6 +153,10 @@ std::uint64_t World::state_hash() const {
     hash.add(static_cast<std::uint64_t>(held.slid));
   }
   for (const Impl::ActiveForce& force : impl_->forces) hash.add(force.left);
+  for (const LoadWindow& window : impl_->joint_loads) {
+    for (const JointLoad& load : window.kept()) hash.add(load.impulse), hash.add(load.couple);
+    hash.add(static_cast<std::uint64_t>(window.at()));
+  }
   impl_->sleepers.hash(hash);
   for (const islands::Stillness& stillness : impl_->stillness) stillness.hash(hash);
   for (const guard::BodyGuard& guard : impl_->guards) {

@@ -4,6 +4,7 @@
 #include "common/frame.h"
 #include "server/sim/event.h"
 #include "server/sim/example_based/example_rest.h"
+#include "server/sim/example_based/example_times.h"
 #include "server/sim/scene.h"
 
 #include <cstdint>
@@ -17,6 +18,9 @@ struct WorldOptions {
   int threads = 1;          // bits do not depend on it
   bool invariants = false;  // keep World::invariants(); the state does not depend on it
   bool strikes = false;     // keep World::strikes(); the same
+  // For studies: of the rigid solver (RigidSettings); 0: its own.
+  int rigid_iterations = 0;
+  double rigid_tolerance = 0;  // [m/s]
 };
 
 // An impulse of rigid contact on an example-based body.
@@ -29,16 +33,6 @@ struct Strike {
 struct StageTime {
   const char* name;
   double ms;
-};
-
-// Inside the stage "examples": processor time, summed over the bodies, which run side by side [ms] (Jones et al. 2016).
-struct ExampleStageTimes {
-  double locate = 0;       // vertices for the points that were struck
-  double projection = 0;   // eqs. 4, 5, 8
-  double propagation = 0;  // eq. 11
-  double weights = 0;      // eqs. 13, 15
-  double skinning = 0;     // eq. 3
-  double shape = 0;        // mass properties, hulls, proxy, and handing them to the rigid room
 };
 
 // What a world is busy with, and what it is spared [Parker & O'Brien 2009, figure 8]: bodies that can move, and tets and
@@ -61,6 +55,8 @@ struct StepReport {
   int splits = 0;                // nodes split by fracture
   int plastic_impulses = 0;      // above beta
   int broken_joints = 0;
+  int rigid_sweeps = 0;          // of the rigid solver
+  double rigid_residual = 0;     // what the last of them still changed [m/s]
   double worst_penetration = 0;  // deepest contact found at the start of the step [m]
   Workload workload;             // at its end
 };
@@ -118,7 +114,8 @@ class World {
   StepReport step();
   void set_clock(double (*now_ms)());
   const std::vector<StageTime>& stage_times() const;  // of the last step
-  const ExampleStageTimes& example_times() const;     // of the last step, if there is a clock
+  // Inside the stage "examples" of the last step, summed over the bodies; if there is a clock.
+  const example_based::ExampleTimes& example_times() const;
 
   double time() const;
   std::uint64_t step_count() const;

@@ -9,6 +9,7 @@
 #include "server/sim/islands/sleep.h"
 #include "server/sim/islands/stillness.h"
 #include "server/sim/parallel_for.h"
+#include "server/sim/rigid/load_window.h"
 #include "server/sim/rigid/rigid_world.h"
 #include "server/sim/world.h"
 
@@ -45,6 +46,7 @@ struct World::Impl {
   std::vector<Command> commands;          // for the next step
   std::vector<ScriptedCommand> script;    // still to come, ascending in time
   std::vector<ActiveForce> forces;
+  std::vector<LoadWindow> joint_loads;    // one a joint of the scene
   contact::FrictionMemory friction;
   std::vector<guard::BodyGuard> guards;   // one a soft body
   struct IslandAccount {
@@ -71,9 +73,8 @@ struct World::Impl {
   std::vector<Event> events;
   std::uint64_t event_count = 0;
   std::vector<StageTime> stage_times;
-  ExampleStageTimes example_times;
+  example_based::ExampleTimes example_times;
   std::vector<Strike> strikes;
-  void add_times(const ExampleTimes& body);
   double (*now_ms)() = nullptr;
 
   // One step's data, from stage to stage.

@@ -18,6 +18,8 @@ void World::Impl::step_rigid(StepReport& report) {
     work.contact += after.kinetic - before.kinetic - fall;
   }
   report.worst_penetration = std::max(report.worst_penetration, outcome.worst_penetration);
+  report.rigid_sweeps = outcome.sweeps;
+  report.rigid_residual = outcome.residual;
   for (BodyId id : outcome.frozen) {
     add_event(EventKind::frozen, id).message =
         text(scene.bodies[id].name, " left the range of finite numbers and is held where it last was");
@@ -38,12 +40,13 @@ void World::Impl::step_rigid(StepReport& report) {
 // Joint k of the scene is joint k of the rigid room.
 void World::Impl::make_joints() {
   for (const JointDescription& joint : scene.joints) rigid.join(joint.a, joint.b, joint.point);
+  joint_loads.assign(scene.joints.size(), LoadWindow(scene.dt, scene.joint_time));
 }
 
 // By what part a joint is loaded beyond what it bears; up to 1 it holds.
-static double load_of(const JointDescription& joint, const JointLoad& load, double dt) {
-  const double force = joint.strength > 0 ? load.impulse.norm() / (joint.strength * dt) : 0;
-  const double moment = joint.bending > 0 ? load.couple.norm() / (joint.bending * dt) : 0;
+static double load_of(const JointDescription& joint, const LoadWindow& load) {
+  const double force = joint.strength > 0 ? load.force().norm() / joint.strength : 0;
+  const double moment = joint.bending > 0 ? load.moment().norm() / joint.bending : 0;
   return std::max(force, moment);
 }
 
@@ -53,7 +56,8 @@ void World::Impl::break_joints(StepReport& report) {
   for (int k = 0; k < static_cast<int>(scene.joints.size()); ++k) {
     const JointDescription& joint = scene.joints[k];
     if (!rigid.is_joined(k) || (!is_live(body_part(joint.a)) && !is_live(body_part(joint.b)))) continue;
-    const double load = load_of(joint, rigid.joint_load(k), scene.dt);
+    joint_loads[k].add(rigid.joint_load(k));
+    const double load = load_of(joint, joint_loads[k]);
     if (load > 1) overloaded.emplace_back(load, k);
   }
   std::ranges::stable_sort(overloaded, std::greater<>(), &std::pair<double, int>::first);
@@ -62,7 +66,7 @@ void World::Impl::break_joints(StepReport& report) {
     const JointDescription& joint = scene.joints[k];
     Event& event = add_event(EventKind::parted, joint.a);
     event.point = rigid.joint_point(k);
-    event.magnitude = rigid.joint_load(k).impulse.norm() / scene.dt;
+    event.magnitude = joint_loads[k].force().norm();
     event.count = 1;
     event.message = text(scene.bodies[joint.a].name, " parts from ", scene.bodies[joint.b].name);
     rigid.part(k);
@@ -70,15 +74,6 @@ void World::Impl::break_joints(StepReport& report) {
     wake(body_part(joint.b));
   }
   report.broken_joints = static_cast<int>(overloaded.size());
-}
-
-void World::Impl::add_times(const ExampleTimes& body) {
-  example_times.locate += body.locate;
-  example_times.projection += body.deform.projection;
-  example_times.propagation += body.deform.propagation;
-  example_times.weights += body.deform.weights;
-  example_times.skinning += body.deform.skinning;
-  example_times.shape += body.shape;
 }
 
 void World::Impl::deform_examples(StepReport& report) {
@@ -89,7 +84,7 @@ void World::Impl::deform_examples(StepReport& report) {
   example_times = {};
   for (ExampleBody& body : examples) {
     if (is_asleep(body_part(body.id))) continue;
-    if (now_ms) add_times(body.times());
+    if (now_ms) example_times += body.times();
     const double deformed = now_ms ? now_ms() : 0;
     const DentOutcome outcome = body.settle(rigid);
     if (now_ms) example_times.shape += now_ms() - deformed;

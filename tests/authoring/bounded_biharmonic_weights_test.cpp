@@ -345,8 +345,7 @@ TEST(BoundedBiharmonicWeights, OneHandleHoldsAll) {
 }
 
 // ---- at size
-// Prints seconds of the clock and of the processor, the best of five; what is asserted of time is only that nothing has
-// gone wrong by an order.
+// Reports seconds of the clock and of the processor, the best of five, and asserts nothing of them: they are the machine's.
 TEST(BoundedBiharmonicWeightsSlow, FiveThousandVerticesAndThirtyTwoHandles) {
   const TetMesh mesh = ball(0.132);
   ASSERT_GT(mesh.node_count(), 4900);
@@ -365,7 +364,7 @@ TEST(BoundedBiharmonicWeightsSlow, FiveThousandVerticesAndThirtyTwoHandles) {
     EXPECT_TRUE(out.report.converged);
     EXPECT_LT(outside_simplex(out.W), 1e-9);
     EXPECT_LT(highest_stray_maximum(mesh, out.W, ids), 0.05);
-    EXPECT_LT(processor, 10);
+    RecordProperty("processor_seconds_" + std::to_string(threads), std::to_string(processor));
     std::printf(
         "%d vertices, %d threads: %.2f s, processor %.2f s, %d iterations, %d factors, residuals %.1e %.1e, %.6g "
         "(%.6g)\n",

@@ -176,6 +176,8 @@ const Bad kBad[] = {
      "bodies[0].example.asset.inline_asset.convex_parts[1].vertices[3]", "is 4"},
     {"step", "bodies { name: 'b' example { parameters { step: 4 } asset { barrel {} } } }",
      "bodies[0].example.parameters.step", "EQUATION_8"},
+    {"goal", "bodies { name: 'b' example { parameters { secondary_goal: 3 } asset { barrel {} } } }",
+     "bodies[0].example.parameters.secondary_goal", "FEW_EXAMPLES"},
     {"barrel", "bodies { name: 'b' example { asset { barrel { shape { radius: -1 } } } } }",
      "bodies[0].example.asset.barrel.shape.radius", "at least"},
     {"bones", "bodies { name: 'b' example { asset { default_rig { bones: 1000 surface { box {} } } } } }",

@@ -125,6 +125,10 @@ TEST(SceneConvert, MissingFieldsOfAnExampleBodyTakeItsDefaults) {
   EXPECT_EQ(got.raw_rates, expected.raw_rates);
   EXPECT_EQ(got.step, expected.step);
   EXPECT_EQ(got.triangle_collision, expected.triangle_collision);
+  EXPECT_EQ(got.secondary_goal, expected.secondary_goal);
+  EXPECT_EQ(got.goal_tolerance, expected.goal_tolerance);
+  EXPECT_EQ(got.keep_volume, expected.keep_volume);
+  EXPECT_EQ(got.fatigue_time, expected.fatigue_time);
   EXPECT_EQ(model.density, sim::ExampleModel().density);
   EXPECT_EQ(model.mass, sim::ExampleModel().mass);
   EXPECT_EQ(model.friction, sim::ExampleModel().friction);
@@ -133,7 +137,7 @@ TEST(SceneConvert, MissingFieldsOfAnExampleBodyTakeItsDefaults) {
 // Every scalar at a value that is not its default.
 TEST(SceneConvert, EveryFieldArrives) {
   const auto scene = convert(
-      "name: 'n' gravity { z: -1 } dt: 0.004 rigid_substeps: 3 creep_dt: 0.02 rate_dt: 0.03 integrator: BDF2 float_solver: true unguarded: true solver: MULTIGRID seed: 9 "
+      "name: 'n' gravity { z: -1 } dt: 0.004 rigid_substeps: 3 creep_dt: 0.02 rate_dt: 0.03 joint_time: 0.04 integrator: BDF2 float_solver: true unguarded: true solver: MULTIGRID seed: 9 "
       "contact { raw_damping: true phi: 5 kappa: 6 recovery_steps: 7 max_recovery_speed: 8 friction: WEIGHT_HEURISTIC } "
       "sleep { speed: 0.5 time: 0.25 wake_acceleration: 3 } "
       "bodies { name: 'r' pose { position { x: 1 y: 2 z: 3 } } velocity { x: 4 } angular_velocity { y: 5 }"
@@ -148,7 +152,8 @@ TEST(SceneConvert, EveryFieldArrives) {
                " dust: 7 friction: 0.6 cg_tolerance: 1e-7 cg_max_iterations: 80 }"
                " motions { nodes { ids { ids: [3, 0] } } keys { time: 1 pose { position { z: 2 } } } }") +
       "bodies { name: 'e' asleep: true example { density: 10 mass: 11 friction: 1.5 parameters { alpha: 1 beta: 2 gamma: 3"
-      " lambda: 0.5 mu: 4 nu: 5 restitution: 0.25 raw_rates: true step: EQUATION_10 triangle_collision: true } asset "
+      " lambda: 0.5 mu: 4 nu: 5 restitution: 0.25 raw_rates: true step: EQUATION_10 triangle_collision: true"
+      " secondary_goal: SMOOTH_WEIGHTS goal_tolerance: 0.01 keep_volume: true fatigue_time: 6 } asset "
       "{ " +
       kInlineAsset + " } } }");
   EXPECT_EQ(scene.name, "n");
@@ -157,6 +162,7 @@ TEST(SceneConvert, EveryFieldArrives) {
   EXPECT_EQ(scene.rigid_substeps, 3);
   EXPECT_EQ(scene.creep_dt, 0.02);
   EXPECT_EQ(scene.rate_dt, 0.03);
+  EXPECT_EQ(scene.joint_time, 0.04);
   EXPECT_EQ(scene.integrator, sim::Integrator::bdf2);
   EXPECT_TRUE(scene.float_solver);
   EXPECT_TRUE(scene.unguarded);
@@ -215,7 +221,9 @@ TEST(SceneConvert, EveryFieldArrives) {
                          example.friction}),
             (std::vector{1., 2., 3., 0.5, 4., 5., 0.25, 10., 11., 1.5}));
   EXPECT_EQ(p.step, sim::example_based::ExampleParameters::Step::equation10);
-  EXPECT_TRUE(p.raw_rates && p.triangle_collision);
+  EXPECT_TRUE(p.raw_rates && p.triangle_collision && p.keep_volume);
+  EXPECT_EQ(p.secondary_goal, sim::example_based::ExampleParameters::SecondaryGoal::smooth_weights);
+  EXPECT_EQ((std::vector{p.goal_tolerance, p.fatigue_time}), (std::vector{0.01, 6.}));
 }
 
 TEST(SceneConvert, RotationsAreNormalisedQuaternionsOrRotationVectors) {

@@ -3,6 +3,7 @@
 #include "server/sim/example_based/deformed_mass.h"
 #include "server/sim/example_based/draw_shape.h"
 #include "server/sim/example_based/hull_points.h"
+#include "server/sim/example_based/secondary_goal.h"
 #include "server/sim/rigid/proxy.h"
 
 #include <utility>
@@ -37,9 +38,7 @@ Result<ExampleBody> ExampleBody::make(BodyId id, const BodyDescription& body, co
   auto added = rigid.add_deformable(id, example.shape(), example.mass_properties(), model.friction,
                                     model.parameters.restitution, body.pose, body.velocity, body.angular_velocity);
   if (!added) return std::unexpected(Error{added.error().code, field + "." + added.error().field, added.error().message});
-  Eigen::AlignedBox3d box;
-  for (const Vec3& x : example.state.x) box.extend(x);
-  example.shape_lag_ = kShapeLag * box.diagonal().norm();
+  example.shape_lag_ = kShapeLag * example.rest().size;
   example.shape_x_ = example.state.x;
   example.make_proxy();
   example.follow(body.pose);
@@ -78,7 +77,7 @@ void ExampleBody::follow(const Pose& X_WB) {
 }
 
 bool ExampleBody::shape_is_due() const {
-  if (state.active.empty()) return !shape_follows_;
+  if (eb::is_at_rest(state)) return !shape_follows_;
   for (int i : work_.changed) {
     if ((state.x[i] - shape_x_[i]).squaredNorm() > shape_lag_ * shape_lag_) return true;
   }
@@ -89,6 +88,8 @@ void ExampleBody::hold() {
   held_ = true;
   state.dE.setZero();
   state.active.clear();
+  state.fatigue.clear();
+  eb::leave_goal(state);
   state.x = shape_x_;
 }
 
@@ -98,12 +99,13 @@ void ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool) {
   double strength = 0;
   for (const eb::PointImpulse& strike : strikes_) strength += strike.impulse.norm();
   impulses_.clear();
-  if (!(strength <= parameters_.beta * rest().least_beta_scale) && !held_) {
+  const bool may_dent = !(strength <= parameters_.beta * rest().least_beta_scale) || (parameters_.fatigue_time > 0 && strength > 0);
+  if (may_dent && !held_) {
     eb::locate_impulses(rest(), state, strikes_, eb::Site::nearest_vertex, boxes_, impulses_);
   }
   strikes_.clear();
-  locate_ms_ = work_.now() - start;
-  shape_ms_ = 0;
+  work_.times.locate = work_.now() - start;
+  work_.times.shape = 0;
   const eb::DeformReport& report = eb::deform(rest(), parameters_, {dt, rate_dt}, mass_, impulses_, pool, state, work_);
   if (!report.finite) return hold();
   shape_follows_ = shape_follows_ && !report.moved;
@@ -112,23 +114,24 @@ void ExampleBody::deform(double dt, double rate_dt, const ThreadPool& pool) {
   // A shape that cannot be had (a part crushed flat) keeps the last collision shape; drawing goes on.
   if (auto prepared = PreparedShape::make(shape(), mass_properties())) {
     next_shape_ = *std::move(prepared);
-    if (!meets_only_rigid || state.active.empty()) make_proxy();
+    if (!meets_only_rigid || eb::is_at_rest(state)) make_proxy();
   }
   shape_x_ = state.x;
   shape_follows_ = true;
-  shape_ms_ = work_.now() - deformed;
+  work_.times.shape = work_.now() - deformed;
 }
 
 void ExampleBody::set_parameters(const SetExampleParameters& changed) {
   eb::ExampleParameters& p = parameters_;
   for (const auto& [value, own] : {std::pair(&changed.alpha, &p.alpha), std::pair(&changed.beta, &p.beta), std::pair(&changed.gamma, &p.gamma),
                                    std::pair(&changed.lambda, &p.lambda), std::pair(&changed.mu, &p.mu), std::pair(&changed.nu, &p.nu),
-                                   std::pair(&changed.restitution, &p.restitution)}) {
+                                   std::pair(&changed.restitution, &p.restitution), std::pair(&changed.goal_tolerance, &p.goal_tolerance),
+                                   std::pair(&changed.fatigue_time, &p.fatigue_time)}) {
     *own = value->value_or(*own);
   }
+  p.secondary_goal = changed.secondary_goal.value_or(p.secondary_goal);
+  p.keep_volume = changed.keep_volume.value_or(p.keep_volume);
 }
-
-ExampleTimes ExampleBody::times() const { return {locate_ms_, work_.times, shape_ms_}; }
 
 DentOutcome ExampleBody::settle(RigidWorld& rigid) {
   const eb::DeformReport& report = work_.report;
@@ -146,7 +149,7 @@ DentOutcome ExampleBody::settle(RigidWorld& rigid) {
 }
 
 bool ExampleBody::is_settled() const {
-  return state.active.empty() && shape_follows_ && (parameters_.mu <= 0 || state.restitution >= parameters_.restitution);
+  return eb::is_at_rest(state) && shape_follows_ && !work_.report.creeps && (parameters_.mu <= 0 || state.restitution >= parameters_.restitution);
 }
 
 BodyTopology ExampleBody::topology(const BodyDescription& body) const {
@@ -178,8 +181,18 @@ void ExampleBody::hash(StateHash& hash) const {
   hash.add(std::span<const Vec3>(state.x));
   hash.add(std::span<const Vec3>(shape_x_));
   hash.add(state.restitution);
-  for (double p : {parameters_.alpha, parameters_.beta, parameters_.gamma, parameters_.lambda, parameters_.mu, parameters_.nu, parameters_.restitution})
+  for (const eb::SiteMemory& site : state.fatigue) {
+    hash.add(static_cast<std::uint64_t>(site.vertex));
+    hash.add(site.impulse);
+  }
+  for (int i : state.goal_rows) hash.add(static_cast<std::uint64_t>(i));
+  hash.add(std::span<const Vec3>(state.goal_x));
+  hash.add(static_cast<std::uint64_t>(state.goal_left));
+  for (double p : {parameters_.alpha, parameters_.beta, parameters_.gamma, parameters_.lambda, parameters_.mu, parameters_.nu, parameters_.restitution,
+                   parameters_.goal_tolerance, parameters_.fatigue_time})
     hash.add(p);
+  hash.add(static_cast<std::uint64_t>(parameters_.secondary_goal));
+  hash.add(static_cast<std::uint64_t>(parameters_.keep_volume));
   hash.add(static_cast<std::uint64_t>(held_));
 }
 

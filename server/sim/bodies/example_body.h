@@ -24,13 +24,6 @@ struct DentOutcome {
   Vec3 point = Vec3::Zero();   // where the strongest acted, in W [m]
 };
 
-// Where the time of `deform` went [ms].
-struct ExampleTimes {
-  double locate = 0;                   // vertices for the points that were struck
-  example_based::DeformTimes deform;
-  double shape = 0;                    // mass properties, hulls and proxy
-};
-
 // What bodies of one asset share: made once, and in the caches once.
 class SharedRests {
  public:
@@ -67,8 +60,9 @@ class ExampleBody {
   DentOutcome settle(RigidWorld& rigid);
   // From now on `deform` notes where its time goes.
   void set_clock(double (*now_ms)()) { work_.now_ms = now_ms; }
-  ExampleTimes times() const;          // of the last `deform`
-  bool is_settled() const;             // without new impulses neither shape nor restitution would change any more
+  const example_based::ExampleTimes& times() const { return work_.times; }  // of the last `deform`
+  // Without other impulses than it has now neither shape nor restitution would change any more.
+  bool is_settled() const;
 
   BodyTopology topology(const BodyDescription& body) const;
   void capture(const Pose& X_WB, bool with_values, BodyFrame& frame) const;
@@ -93,7 +87,6 @@ class ExampleBody {
   std::vector<example_based::VertexImpulse> impulses_;  // scratch
   example_based::SurfaceTree::Boxes boxes_;             // scratch
   example_based::ExampleWorkspace work_;
-  double locate_ms_ = 0, shape_ms_ = 0;
 };
 
 }  // namespace crumple::sim

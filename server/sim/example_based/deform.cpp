@@ -3,6 +3,7 @@
 #include "server/sim/example_based/application.h"
 #include "server/sim/example_based/impulse_projection.h"
 #include "server/sim/example_based/restitution.h"
+#include "server/sim/example_based/secondary_goal.h"
 #include "server/sim/example_based/skinning.h"
 
 #include <algorithm>
@@ -25,7 +26,8 @@ void accumulate(const ExampleRest& rest, const ExampleParameters& parameters, St
   work.dx.clear();
   work.report.plastic.clear();
   work.report.rejected = 0;
-  for (const VertexImpulse& at : impulses) {
+  work.report.creeps = remember(rest, parameters, times.dt, impulses, state.fatigue, work.felt);
+  for (const VertexImpulse& at : work.felt) {
     assert(at.vertex >= 0 && at.vertex < rest.vertex_count());
     if (!at.impulse.allFinite()) {
       ++work.report.rejected;
@@ -64,13 +66,25 @@ void release(const ExampleRest& rest, const ExampleParameters& parameters, StepT
   report.moved = false;
   report.finite = true;
   work.changed.clear();
+  const bool dents = !state.active.empty();
   work.times.weights = work.times.skinning = 0;
-  if (state.active.empty()) return;
+  if (is_at_rest(state)) return;
 
-  apply_delayed(parameters, lambda_per_step(parameters, times.dt, times.rate_dt), pool, state, work.changed);
+  if (!dents) {
+    pursue_goal(rest, parameters, pool, state, work.changed);
+  } else {
+    leave_goal(state);
+    if (parameters.keep_volume) work.before.keep(state, state.active);
+    apply_delayed(parameters, lambda_per_step(parameters, times.dt, times.rate_dt), pool, state, work.changed);
+  }
   const double applied = work.now();
   work.times.weights = applied - start;
   report.moved = skin(rest, state.E, work.changed, pool, state.x);
+  if (parameters.keep_volume && dents && give_back_volume(rest, work.before, pool, state)) {
+    work.changed = work.before.vertices;
+    report.moved |= skin(rest, state.E, work.changed, pool, state.x);
+  }
+  if (dents && state.active.empty()) begin_goal(parameters, state);
   report.finite = std::all_of(work.changed.begin(), work.changed.end(), [&](int i) { return state.x[i].allFinite(); });
   work.times.skinning = work.now() - applied;
 }

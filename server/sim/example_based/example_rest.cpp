@@ -70,18 +70,22 @@ void skin_rest_pose(ExampleRest& rest) {
   rest.x_rest = rest.set->mesh.X;
   if (!identity)
     for (int i = 0; i < rest.vertex_count(); ++i) rest.x_rest[i] = skin_in_example(rest, i, 0);
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : rest.x_rest) box.extend(x);
+  rest.size = box.diagonal().norm();
+}
+
+double filled_volume(const TetMesh& mesh, int t) {
+  return signed_volume(mesh, t) * (mesh.fill.empty() ? 1 : mesh.fill[t]);
 }
 
 void share_mass(ExampleRest& rest) {
   const TetMesh& mesh = rest.set->mesh;
   rest.tet_share.resize(mesh.tet_count());
   rest.vertex_share.assign(mesh.node_count(), 0);
+  rest.volume = rest_volume(*rest.set);
   for (int t = 0; t < mesh.tet_count(); ++t) {
-    rest.tet_share[t] = signed_volume(mesh, t) * (mesh.fill.empty() ? 1 : mesh.fill[t]);
-    rest.volume += rest.tet_share[t];
-  }
-  for (int t = 0; t < mesh.tet_count(); ++t) {
-    rest.tet_share[t] /= rest.volume;
+    rest.tet_share[t] = filled_volume(mesh, t) / rest.volume;
     for (int i : mesh.tets[t]) rest.vertex_share[i] += rest.tet_share[t] / 4;
   }
 }
@@ -115,6 +119,12 @@ void find_surface(ExampleRest& rest) {
 }
 
 }  // namespace
+
+double rest_volume(const ExampleSet& set) {
+  double volume = 0;
+  for (int t = 0; t < set.mesh.tet_count(); ++t) volume += filled_volume(set.mesh, t);
+  return volume;
+}
 
 ExampleRest make_rest(std::shared_ptr<const ExampleSet> set) {
   assert(set && validate(*set, "set"));

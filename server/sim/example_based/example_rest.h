@@ -43,6 +43,7 @@ struct ExampleRest {
   std::vector<int> weight_start;    // N + 1: weights of vertex i at [start[i], start[i + 1])
   std::vector<BoneWeight> weights;  // the entries of W above 0; each row sums to 1 to rounding
   std::vector<Vec3> x_rest;         // N: skinned in the rest pose [m]; equal to u where that is the identity
+  double size = 0;                  // diagonal of their box [m]
 
   // Where no bone turns in any example, eq. 3 is linear in E: x_i = u'_i + sum_e E_ie D_ie, and J_i = D_i is constant.
   bool linear = false;
@@ -80,6 +81,9 @@ struct ExampleRest {
   int example_count() const { return set->example_count(); }
   const BonePose& pose(int bone, int example) const { return poses[bone * example_count() + example]; }
 };
+
+// Volume of the set's tets at rest, times fill [m^3]: what a density is of.
+double rest_volume(const ExampleSet& set);
 
 // `set` must have passed `validate`.
 ExampleRest make_rest(std::shared_ptr<const ExampleSet> set);

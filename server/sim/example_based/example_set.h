@@ -54,7 +54,7 @@ struct ExampleSet {
   int example_count() const { return static_cast<int>(examples.size()); }
 };
 
-// The six parameters of Jones et al. 2016, section 4, and the default restitution.
+// The six parameters of Jones et al. 2016, section 4, the default restitution, and what goes beyond the paper.
 struct ExampleParameters {
   double alpha = 100;        // scale from displacement to example weight [1/m], eq. 8; [0, 1e9]
   double beta = 0;           // plastic yield threshold [N s], eq. 4; [0, 1e12]
@@ -66,6 +66,11 @@ struct ExampleParameters {
   bool raw_rates = false;    // the paper's: eq. 4 and 13 per step whatever dt is (DESIGN decision 7)
   enum class Step { equation8, equation9, equation10 } step = Step::equation8;
   bool triangle_collision = false;  // GImpact triangle mesh instead of skinned convex parts (decision 6)
+  // Which of the weights that give one shape: secondary_goal.h.
+  enum class SecondaryGoal { none, few_examples, smooth_weights } secondary_goal = SecondaryGoal::none;
+  double goal_tolerance = 1e-4;  // what it may move a vertex by after a dent, over the body's size [-], [0, 0.1]
+  bool keep_volume = false;      // kept_volume.h
+  double fatigue_time = 0;       // impulses below beta fade by 1/e in this time [s], [0, 1e6]; 0: at once; fatigue.h
 };
 
 // Size limits of what the server accepts.

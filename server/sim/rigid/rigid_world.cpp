@@ -13,7 +13,7 @@ using bullet::Body;
 
 struct RigidWorld::Impl {
   explicit Impl(const RigidSettings& settings)
-      : gravity(settings.gravity), world(bullet::to_bullet(settings.gravity), settings.iterations) {}
+      : gravity(settings.gravity), world(bullet::to_bullet(settings.gravity), settings.iterations, settings.tolerance) {}
 
   Body& at(BodyId id) const {
     assert(id < bodies.size() && bodies[id]);
@@ -255,6 +255,8 @@ void RigidWorld::Impl::substep(double h, double fraction, RigidStepReport& repor
       if (joint) joint->begin_substep();
     }
     world.solve(h);
+    report.sweeps += world.contact_solver().sweeps();
+    report.residual = std::max(report.residual, world.contact_solver().residual());
     for (const auto& joint : joints) {
       if (joint) joint->end_substep(h);
     }

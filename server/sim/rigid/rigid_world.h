@@ -14,8 +14,8 @@ namespace crumple::sim {
 
 struct RigidSettings {
   Vec3 gravity{0, -9.81, 0};  // [m/s^2]
-  int iterations =
-      30;  // at most, of the contact solver: sweeps forth and back (less once velocities change by 1e-9 m/s)
+  int iterations = 30;      // at most, of the contact solver: sweeps forth and back
+  double tolerance = 1e-9;  // less of them once a sweep changes no relative velocity by more than this [m/s]
 };
 
 // What a contact did to its two bodies during the last step(), summed over the substeps in which Bullet kept it as
@@ -34,6 +34,8 @@ struct RigidStepReport {
   std::vector<BodyId> woken;     // bodies that were asleep and were touched
   int contacts = 0;              // contact points in the last substep
   double worst_penetration = 0;  // deepest overlap at the start of any substep [m]
+  int sweeps = 0;                // of the contact solver, forth and back, summed over islands and substeps
+  double residual = 0;           // what the last sweep of any island still changed [m/s]
 };
 
 // What a joint did in the last step, on its first body.

@@ -75,75 +75,82 @@ btScalar ContactSolver::solveSingleIteration(int iteration, btCollisionObject**,
   auto& joints = m_tmpSolverNonContactConstraintPool;
   if (iteration == 0) {
     last_.resize(contacts.size() + frictions.size() + joints.size());
-    for (std::size_t i = 0; i < last_.size(); ++i) last_[i] = row(static_cast<int>(i)).m_appliedImpulse;
+    for_rows([&](const btSolverConstraint& row, std::size_t i) { last_[i] = row.m_appliedImpulse; });
     direction_.assign(last_.size(), 0);
     last_progress_ = 0;
   }
   double worst = 0;  // change of a relative velocity [m/s]
-  const auto solve_normal = [&](btSolverConstraint& row) {
-    const double change = resolveSingleConstraintRowLowerLimit(m_tmpSolverBodyPool[row.m_solverBodyIdA],
-                                                               m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
-    worst = std::max(worst, std::abs(change));
-  };
-  const auto solve_joint = [&](btSolverConstraint& row) {
-    const double change = resolveSingleConstraintRowGeneric(m_tmpSolverBodyPool[row.m_solverBodyIdA],
-                                                            m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
-    worst = std::max(worst, std::abs(change));
-  };
-  for (int i = 0; i < joints.size(); ++i) solve_joint(joints[i]);
-  for (int i = 0; i < contacts.size(); ++i) solve_normal(contacts[i]);
+  const auto solve = [&](btSolverConstraint& row) { worst = std::max(worst, std::abs(solve_row(row))); };
+  for (int i = 0; i < joints.size(); ++i) solve(joints[i]);
+  for (int i = 0; i < contacts.size(); ++i) solve(contacts[i]);
   for (int i = 0; i < contacts.size(); ++i) worst = std::max(worst, solve_friction(contacts[i]));
   for (int i = contacts.size() - 1; i >= 0; --i) worst = std::max(worst, solve_friction(contacts[i]));
-  for (int i = contacts.size() - 1; i >= 0; --i) solve_normal(contacts[i]);
-  for (int i = joints.size() - 1; i >= 0; --i) solve_joint(joints[i]);
+  for (int i = contacts.size() - 1; i >= 0; --i) solve(contacts[i]);
+  for (int i = joints.size() - 1; i >= 0; --i) solve(joints[i]);
   const bool is_last = iteration + 1 >= info.m_numIterations || worst * worst <= info.m_leastSquaresResidualThreshold;
-  if (!is_last) accelerate();  // what it overshoots, the next sweep projects back
+  ++sweeps_;
+  if (is_last) residual_ = std::max(residual_, worst);
+  else accelerate();  // what it overshoots, the next sweep projects back
   return worst * worst;
 }
 
-// Normals, then friction, then joints.
-btSolverConstraint& ContactSolver::row(int i) {
-  for (btConstraintArray* rows : {&m_tmpSolverContactConstraintPool, &m_tmpSolverContactFrictionConstraintPool}) {
-    if (i < rows->size()) return (*rows)[i];
-    i -= rows->size();
-  }
-  return m_tmpSolverNonContactConstraintPool[i];
+// Normals, then friction, then joints; visit(row, its place).
+template <class Visit>
+void ContactSolver::for_rows(const Visit& visit) {
+  std::size_t place = 0;
+  for (btConstraintArray* rows :
+       {&m_tmpSolverContactConstraintPool, &m_tmpSolverContactFrictionConstraintPool, &m_tmpSolverNonContactConstraintPool})
+    for (int i = 0; i < rows->size(); ++i) visit((*rows)[i], place++);
+}
+
+void ContactSolver::apply(btSolverConstraint& row, double impulse) {
+  btSolverBody& A = m_tmpSolverBodyPool[row.m_solverBodyIdA];
+  btSolverBody& B = m_tmpSolverBodyPool[row.m_solverBodyIdB];
+  A.internalApplyImpulse(row.m_contactNormal1 * A.internalGetInvMass(), row.m_angularComponentA, impulse);
+  B.internalApplyImpulse(row.m_contactNormal2 * B.internalGetInvMass(), row.m_angularComponentB, impulse);
+}
+
+// Projected Gauss-Seidel on one row. Returns by how much its velocity changed [m/s].
+double ContactSolver::solve_row(btSolverConstraint& row) {
+  const double old = row.m_appliedImpulse;
+  const double wanted = old + row.m_rhs - row.m_cfm * old - moved(row) * row.m_jacDiagABInv;
+  row.m_appliedImpulse = std::clamp<double>(wanted, row.m_lowerLimit, row.m_upperLimit);
+  const double change = row.m_appliedImpulse - old;
+  if (change != 0) apply(row, change);
+  return change / row.m_jacDiagABInv;
 }
 
 // Nonsmooth nonlinear conjugate gradients (Silcowitz-Hansen, Niebe, Erleben 2010, algorithm 1): the step s of a sweep
 // serves as minus the gradient, beta = |s|^2 / |s_last|^2, restart where beta > 1. Norms in the energy metric.
 void ContactSolver::accelerate() {
-  const int rows = static_cast<int>(last_.size());
   double progress = 0;
-  for (int i = 0; i < rows; ++i) {
-    const double step = row(i).m_appliedImpulse - last_[i];
-    progress += step * step / row(i).m_jacDiagABInv;
-  }
+  for_rows([&](const btSolverConstraint& row, std::size_t i) {
+    const double step = row.m_appliedImpulse - last_[i];
+    progress += step * step / row.m_jacDiagABInv;
+  });
   const double beta = last_progress_ > 0 && progress < last_progress_ ? progress / last_progress_ : 0;
   last_progress_ = progress;
-  for (int i = 0; i < rows; ++i) {
-    btSolverConstraint& r = row(i);
+  for_rows([&](btSolverConstraint& row, std::size_t i) {
     const double extra = beta * direction_[i];
-    direction_[i] = extra + r.m_appliedImpulse - last_[i];
+    direction_[i] = extra + row.m_appliedImpulse - last_[i];
     if (extra != 0) {
-      btSolverBody& A = m_tmpSolverBodyPool[r.m_solverBodyIdA];
-      btSolverBody& B = m_tmpSolverBodyPool[r.m_solverBodyIdB];
-      A.internalApplyImpulse(r.m_contactNormal1 * A.internalGetInvMass(), r.m_angularComponentA, extra);
-      B.internalApplyImpulse(r.m_contactNormal2 * B.internalGetInvMass(), r.m_angularComponentB, extra);
-      r.m_appliedImpulse += extra;
+      apply(row, extra);
+      row.m_appliedImpulse += extra;
     }
-    last_[i] = r.m_appliedImpulse;
-  }
+    last_[i] = row.m_appliedImpulse;
+  });
 }
 
-// Velocity along a row that the impulses applied so far have left [m/s].
-double ContactSolver::slip(const btSolverConstraint& row) {
+// Velocity along a row that the impulses applied so far have given [m/s].
+double ContactSolver::moved(const btSolverConstraint& row) {
   const btSolverBody& A = m_tmpSolverBodyPool[row.m_solverBodyIdA];
   const btSolverBody& B = m_tmpSolverBodyPool[row.m_solverBodyIdB];
   return row.m_contactNormal1.dot(A.m_deltaLinearVelocity) + row.m_relpos1CrossNormal.dot(A.m_deltaAngularVelocity) +
-         row.m_contactNormal2.dot(B.m_deltaLinearVelocity) + row.m_relpos2CrossNormal.dot(B.m_deltaAngularVelocity) -
-         row.m_rhs / row.m_jacDiagABInv;
+         row.m_contactNormal2.dot(B.m_deltaLinearVelocity) + row.m_relpos2CrossNormal.dot(B.m_deltaAngularVelocity);
 }
+
+// And what they have left of it [m/s].
+double ContactSolver::slip(const btSolverConstraint& row) { return moved(row) - row.m_rhs / row.m_jacDiagABInv; }
 
 // Sticks if it can. If not, f <- projection of f - d slip onto the disc |f| <= mu N, with one step length d for both
 // directions: only then does the friction that stays put point against the slip.
@@ -153,23 +160,22 @@ double ContactSolver::solve_friction(const btSolverConstraint& contact) {
   const double old1 = r1.m_appliedImpulse, old2 = r2.m_appliedImpulse;
   const double limit = contact.m_friction * contact.m_appliedImpulse;
   if (limit <= 0 && old1 == 0 && old2 == 0) return 0;
-  const auto solve = [&](btSolverConstraint& row, double low, double high) {
-    row.m_lowerLimit = low;
-    row.m_upperLimit = high;
-    resolveSingleConstraintRowGeneric(m_tmpSolverBodyPool[row.m_solverBodyIdA],
-                                      m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
+  const auto set = [&](btSolverConstraint& row, double f) {
+    apply(row, f - row.m_appliedImpulse);
+    row.m_appliedImpulse = f;
   };
   const double slip1 = slip(r1), slip2 = slip(r2);
-  solve(r1, -1e30, 1e30);
-  solve(r2, -1e30, 1e30);
-  const double f1_stick = r1.m_appliedImpulse, f2_stick = r2.m_appliedImpulse;
+  const double f1_stick = old1 - slip1 * r1.m_jacDiagABInv;
+  set(r1, f1_stick);
+  const double f2_stick = old2 - slip(r2) * r2.m_jacDiagABInv;
+  set(r2, f2_stick);
   if (f1_stick * f1_stick + f2_stick * f2_stick > limit * limit) {
     const double d = std::min(r1.m_jacDiagABInv, r2.m_jacDiagABInv);
     double f1 = old1 - d * slip1, f2 = old2 - d * slip2;
     const double f = std::sqrt(f1 * f1 + f2 * f2);
     if (f > limit) f1 *= limit / f, f2 *= limit / f;
-    solve(r1, f1, f1);
-    solve(r2, f2, f2);
+    set(r1, f1);
+    set(r2, f2);
   }
   return std::max(std::abs(r1.m_appliedImpulse - old1) / r1.m_jacDiagABInv,
                   std::abs(r2.m_appliedImpulse - old2) / r2.m_jacDiagABInv);

@@ -27,6 +27,11 @@ class ContactSolver : public btSequentialImpulseConstraintSolver {
   // Approach below this speed does not rebound [m/s].
   void set_rebound_speed(double speed) { rebound_speed_ = speed; }
 
+  // Since the last `begin`: sweeps forth and back, and the largest change of a relative velocity in an island's last one [m/s].
+  void begin() { sweeps_ = 0, residual_ = 0; }
+  int sweeps() const { return sweeps_; }
+  double residual() const { return residual_; }
+
  private:
   btScalar solveGroup(btCollisionObject** bodies, int body_count, btPersistentManifold** manifolds, int manifold_count,
                       btTypedConstraint** constraints, int constraint_count, const btContactSolverInfo& info,
@@ -42,7 +47,11 @@ class ContactSolver : public btSequentialImpulseConstraintSolver {
 
   void set_rebound(int contact, double h);
   void accelerate();
-  btSolverConstraint& row(int i);
+  template <class Visit>
+  void for_rows(const Visit& visit);
+  void apply(btSolverConstraint& row, double impulse);
+  double solve_row(btSolverConstraint& row);
+  double moved(const btSolverConstraint& row);
   double slip(const btSolverConstraint& row);
   double solve_friction(const btSolverConstraint& contact);
 
@@ -52,6 +61,8 @@ class ContactSolver : public btSequentialImpulseConstraintSolver {
   };
   std::vector<Rebound> rebounds_;  // of the current island
   double rebound_speed_ = 0;
+  int sweeps_ = 0;
+  double residual_ = 0;
   // Of the conjugate directions, one a row.
   std::vector<double> last_, direction_;
   double last_progress_ = 0;

@@ -13,12 +13,12 @@ Parts::Parts() : dispatcher(&configuration) {
   configuration.setConvexConvexMultipointIterations(3, 3);
 }
 
-DynamicsWorld::DynamicsWorld(const btVector3& gravity, int iterations)
+DynamicsWorld::DynamicsWorld(const btVector3& gravity, int iterations, double tolerance)
     : btDiscreteDynamicsWorld(&(Parts::dispatcher), &(Parts::broadphase), &(Parts::solver), &(Parts::configuration)) {
   setGravity(gravity);
   btContactSolverInfo& info = getSolverInfo();
   info.m_numIterations = iterations;
-  info.m_leastSquaresResidualThreshold = 1e-18;  // (1e-9 m/s)^2
+  info.m_leastSquaresResidualThreshold = tolerance * tolerance;
   info.m_solverMode =
       SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS | SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION;
   info.m_restitutionVelocityThreshold = 1e30;  // rebounds are ContactSolver's
@@ -43,6 +43,7 @@ void DynamicsWorld::detect(double h) {
 void DynamicsWorld::solve(double h) {
   calculateSimulationIslands();
   getSolverInfo().m_timeStep = h;
+  Parts::solver.begin();
   solveConstraints(getSolverInfo());
 }
 

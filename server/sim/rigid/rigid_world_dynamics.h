@@ -24,9 +24,10 @@ struct Parts {
 // bodies have their new velocities and poses moved by nothing but the repair of overlaps.
 class DynamicsWorld : private Parts, public btDiscreteDynamicsWorld {
  public:
-  DynamicsWorld(const btVector3& gravity, int iterations);
+  DynamicsWorld(const btVector3& gravity, int iterations, double tolerance);
 
   void detect(double h);
+  const ContactSolver& contact_solver() const { return Parts::solver; }  // as solve() left it
   void solve(double h);
   // Forgets all contacts of an object, after its shape or pose was changed from outside.
   void forget_contacts(btCollisionObject& object);

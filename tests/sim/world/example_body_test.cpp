@@ -67,6 +67,24 @@ TEST_F(StruckBarrel, ManySmallImpulsesAddUpAtTheirVertex) {
   EXPECT_EQ(step().plastic, 0);
 }
 
+// Nor may it drop what fatigue would remember.
+TEST_F(StruckBarrel, SmallImpulsesAreRememberedFromWhenItIsAskedFor) {
+  ASSERT_TRUE(body);
+  const auto dents = [&] {
+    int count = 0;
+    for (int k = 0; k < 3; ++k) {
+      body->strike(Vec3(0.33, 0, 0), Vec3(-0.4, 0, 0));  // beta is 1 N s
+      count += step().plastic;
+    }
+    return count;
+  };
+  EXPECT_EQ(dents(), 0);
+  SetExampleParameters tired{0};
+  tired.fatigue_time = 5;
+  body->set_parameters(tired);
+  EXPECT_EQ(dents(), 1);
+}
+
 // The quick way out for bodies at rest must know of regions that yield before the body's beta does.
 TEST_F(StruckBarrel, AWeakRegionYieldsBelowTheBodysBeta) {
   ASSERT_TRUE(body);
@@ -136,11 +154,46 @@ TEST(ExampleParameters, EachActsFromTheStepInWhichItIsChanged) {
   }
 }
 
+// What goes beyond the paper can be changed, too.
+TEST(ExampleParameters, GoalAndVolumeTakeEffect) {
+  SetExampleParameters few{1}, kept{1};
+  few.secondary_goal = example_based::ExampleParameters::SecondaryGoal::few_examples;
+  few.goal_tolerance = 1e-2;
+  kept.keep_volume = true;
+  const Fallen as_it_was = fall({1});
+  EXPECT_LT((fall(few).E.array() > 0).count(), (as_it_was.E.array() > 0).count());
+  EXPECT_GT((fall(kept).E - as_it_was.E).norm(), 0.01);
+}
+
+// 20 kg at rest on the ground; beta 20 N s. Its weight would have to be remembered for 0.1 s at one place to reach beta.
+TEST(ExampleFatigue, WeightAloneDentsOnlyWhereItIsRememberedLongEnough) {
+  for (const double memory : {0.0, 0.05, 2.0}) {
+    SceneDescription scene;
+    scene.dt = 0.004;
+    scene.bodies = {ground(), barrel("barrel", at(0, 0.46, 0))};
+    auto& model = std::get<ExampleModel>(scene.bodies[1].model);
+    model.parameters.beta = 20;
+    model.parameters.fatigue_time = memory;
+    auto world = make_world(scene);
+    for (int k = 0; k < 1000; ++k) world->step();
+    const double dented = (1 - world->example_weights(1).col(0).array()).sum();
+    if (memory < 1) {
+      EXPECT_EQ(dented, 0);
+    } else {
+      EXPECT_GT(dented, 1);
+    }
+  }
+}
+
 TEST(ExampleParameters, AreLimitedAndOfExampleBodiesOnly) {
   auto world = make_world(empty_space({barrel("barrel", at(0, 0, 0)), ball("ball", 1, 1, at(5, 0, 0))}));
   const auto bad = world->submit(SetExampleParameters{0, {}, {}, 0.0});
   ASSERT_FALSE(bad);
   EXPECT_EQ(bad.error().field, "gamma");
+  SetExampleParameters tired{0};
+  tired.fatigue_time = -1;
+  ASSERT_FALSE(world->submit(tired));
+  EXPECT_EQ(world->submit(tired).error().field, "fatigue_time");
   const auto rigid = world->submit(SetExampleParameters{1, 1.0});
   ASSERT_FALSE(rigid);
   EXPECT_EQ(rigid.error().field, "body");

@@ -258,6 +258,8 @@ const Breach kBreaches[] = {
      "bodies[2].example.asset.W[0][0]", "nan"},
     {"lambda", [](S& s) { example(s).parameters.lambda = 1; }, "bodies[2].example.parameters.lambda",
      "is 1, must be below 1"},
+    {"goal_tolerance", [](S& s) { example(s).parameters.goal_tolerance = 0.2; }, "bodies[2].example.parameters.goal_tolerance", "at most 0.1"},
+    {"fatigue_time", [](S& s) { example(s).parameters.fatigue_time = -1; }, "bodies[2].example.parameters.fatigue_time", "at least 0"},
     {"gamma", [](S& s) { example(s).parameters.gamma = 0; }, "bodies[2].example.parameters.gamma", "above 0"},
     {"alpha", [](S& s) { example(s).parameters.alpha = kInf; }, "bodies[2].example.parameters.alpha", "finite"},
 
@@ -304,6 +306,7 @@ const Breach kBreaches[] = {
     {"joint_strength", [](S& s) { s.joints = {{0, 2, Vec3::Zero(), -1}}; }, "joints[0].strength", "at least 0"},
     {"joint_bending", [](S& s) { s.joints = {{0, 2, Vec3::Zero(), 0, kNan}}; }, "joints[0].bending", "number"},
     {"joint_point", [](S& s) { s.joints = {{0, 2, Vec3(kNan, 0, 0)}}; }, "joints[0].position.x", "finite"},
+    {"joint_time", [](S& s) { s.joint_time = -1; }, "joint_time", "at least 0"},
     {"joint_breaks", [](S& s) { s.max_breaks_per_step = 0; }, "max_breaks_per_step", "at least 1"},
     {"script_time", [](S& s) { s.script[0].time = kNan; }, "script[0].time", "number"},
 };

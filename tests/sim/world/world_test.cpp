@@ -130,7 +130,7 @@ TEST(World, StagesAreTimedWhenSomebodyKeepsAClock) {
     else EXPECT_EQ(stage.ms, 1) << stage.name;
   }
   EXPECT_EQ(names, (std::vector<std::string>{"commands", "kinematic", "detect", "assemble", "guard", "solve", "rigid", "examples", "plasticity", "fracture", "sleep"}));
-  const ExampleStageTimes& parts = world->example_times();
+  const example_based::ExampleTimes& parts = world->example_times();
   for (double ms : {parts.locate, parts.projection, parts.propagation}) EXPECT_GT(ms, 0);
 }
 
