@@ -2,6 +2,8 @@
 
 #include "common/text.h"
 #include "server/authoring/boundary_fit.h"
+#include "server/authoring/enclosing_mesh.h"
+#include "server/rig/press_frame.h"
 #include "server/sim/mesh/embedding.h"
 #include "server/sim/world.h"
 
@@ -15,6 +17,9 @@ using sim::example_based::ExampleSet;
 
 constexpr double kDt = 1.0 / 240, kPress = 0.75, kRelease = 0.25, kRest = 0.25;  // [s]
 constexpr int kFewestTets = 200;
+// Strain is additive: a tet whose plastic strain has an eigenvalue of -1 is at rest where it is flat, and beyond that
+// where it is inside out. Without a trace, that takes a norm of sqrt(3/2); with 2 a car ended in 206 inverted tets.
+constexpr double kMostPlastic = 0.6;
 constexpr double kWaveSpeed = 100;  // of sound, in sizes of the body a second: 75 pass while the plate comes down
 
 sim::SceneDescription press_scene(const std::shared_ptr<const sim::TetMesh>& mesh, const CrushOptions& o, double extent,
@@ -36,7 +41,7 @@ sim::SceneDescription press_scene(const std::shared_ptr<const sim::TetMesh>& mes
   metal.material.flow = sim::fem::FlowRule::deviatoric;
   metal.material.yield = o.yield_strain;
   metal.material.creep = 0.9;
-  metal.material.max_plastic = 2;
+  metal.material.max_plastic = kMostPlastic;
   scene.bodies.push_back({.name = "body", .pose = {}, .model = metal});
 
   const double thick = 0.5 * size, gap = 0.002 * size;
@@ -48,46 +53,36 @@ sim::SceneDescription press_scene(const std::shared_ptr<const sim::TetMesh>& mes
   return scene;
 }
 
-// R, t with R a_i + t closest to b_i by least squares (Kabsch).
-Pose closest_motion(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-  Vec3 mean_a = Vec3::Zero(), mean_b = Vec3::Zero();
-  for (std::size_t i = 0; i < a.size(); ++i)
-    mean_a += a[i] / static_cast<double>(a.size()), mean_b += b[i] / static_cast<double>(a.size());
-  Mat3 A = Mat3::Zero();
-  for (std::size_t i = 0; i < a.size(); ++i) A += (b[i] - mean_b) * (a[i] - mean_a).transpose();
-  const Eigen::JacobiSVD<Mat3> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  const Mat3 R = svd.matrixU() * Vec3(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-  return {Quat(R), mean_b - R * mean_a};
-}
-
 }  // namespace
 
-Result<Crushed> crush(const ExampleSet& set, const std::string& name, const CrushOptions& o,
-                      const std::function<void(double)>& progress) {
+Result<void> check(const ExampleSet& set, const CrushOptions& o) {
   if (!(o.depth > 0 && o.depth <= 0.6)) return invalid("depth", text("is ", o.depth, ", must be in (0, 0.6]"));
   if (!(o.yield_strain >= 1e-4 && o.yield_strain <= 1))
     return invalid("yield_strain", text("is ", o.yield_strain, ", must be in [1e-4, 1]"));
   if (set.render.triangles.empty())
     return invalid("render", "is not in the asset, must be: its copy is what comes out");
   assert(o.axis >= 0 && o.axis < 3);
+  return {};
+}
 
-  // Tets of its own: those of the asset may be flat, where they had to be pushed around vertices.
+Result<sim::TetMesh> tets_to_press(const ExampleSet& set) {
   auto enclosing =
       authoring::enclosing_mesh(set.render, {.tet_budget = std::max(set.mesh.tet_count() * 5 / 4, kFewestTets)});
   if (!enclosing) return std::unexpected(enclosing.error());
-  const sim::TetMesh rest = authoring::fitted_to_surface(*enclosing, set.render);
+  return authoring::fitted_to_surface(*enclosing, set.render);
+}
 
-  // The pushed side turns up, the other one comes to lie on the plane.
-  const Quat up = Quat::FromTwoVectors((o.from_max ? 1 : -1) * Vec3::Unit(o.axis), Vec3::UnitY());
-  auto turned = std::make_shared<sim::TetMesh>(rest);
-  Eigen::AlignedBox3d box;
-  for (Vec3& p : turned->X) p = up * p, box.extend(p);
-  const Vec3 foot(box.center().x(), box.min().y(), box.center().z());
-  for (Vec3& p : turned->X) p -= foot;
-  const double extent = box.sizes().y(), size = box.sizes().maxCoeff();
+Result<Crushed> crush(const ExampleSet& set, const std::string& name, const CrushOptions& o,
+                      const std::function<void(double)>& progress) {
+  if (auto ok = check(set, o); !ok) return std::unexpected(ok.error());
+  const auto rest = tets_to_press(set);
+  if (!rest) return std::unexpected(rest.error());
+  const PressFrame frame(rest->X, o.axis, o.from_max);
+  auto turned = std::make_shared<sim::TetMesh>(*rest);
+  for (Vec3& p : turned->X) p = frame.in_press(p);
+  const double extent = frame.extent;
 
-  auto world = sim::World::create(press_scene(turned, o, extent, size), {.threads = o.threads});
+  auto world = sim::World::create(press_scene(turned, o, extent, frame.size), {.threads = o.threads});
   if (!world) return std::unexpected(world.error());
   const BodyId body = (*world)->find("body");
   const int steps = static_cast<int>(std::lround((kPress + kRelease + kRest) / kDt));
@@ -106,13 +101,13 @@ Result<Crushed> crush(const ExampleSet& set, const std::string& name, const Crus
     if (!p.allFinite())
       return std::unexpected(Error{ErrorCode::internal, "crush", "ended in a state that is not finite"});
     after.extend(p);
-    x.push_back(up.conjugate() * (p + foot));
+    x.push_back(frame.from_press(p));
   }
   out.report.thickness = after.sizes().y() / extent;
-  const Pose back = closest_motion(x, rest.X);
+  const Pose back = closest_motion(x, rest->X);
   for (Vec3& p : x) p = back * p;
   out.copy.vertices.resize(set.render.vertices.size());
-  sim::embedded_positions(sim::embed(set.render.vertices, rest), rest.tets, x, out.copy.vertices);
+  sim::embedded_positions(sim::embed(set.render.vertices, *rest), rest->tets, x, out.copy.vertices);
   return out;
 }
 

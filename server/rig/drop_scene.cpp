@@ -1,33 +1,14 @@
 #include "server/rig/drop_scene.h"
 
 #include "common/text.h"
-#include "crumple/v1/scene.pb.h"
 #include "server/io/message_json.h"
 #include "server/io/side_files.h"
+#include "server/rig/scene_messages.h"
 
 #include <cmath>
 
 namespace crumple::rig {
 namespace {
-
-constexpr double kDensity = 150;  // [kg/m^3], of sheet metal and air
-
-void set_vec(v1::Vec3* to, const Vec3& v) {
-  to->set_x(v.x());
-  to->set_y(v.y());
-  to->set_z(v.z());
-}
-
-v1::Body& add_body(v1::Scene& scene, const std::string& name, const Vec3& position,
-                   const std::array<float, 3>& colour) {
-  v1::Body& body = *scene.add_bodies();
-  body.set_name(name);
-  set_vec(body.mutable_pose()->mutable_position(), position);
-  body.mutable_colour()->set_r(colour[0]);
-  body.mutable_colour()->set_g(colour[1]);
-  body.mutable_colour()->set_b(colour[2]);
-  return body;
-}
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
   return file.parent_path().empty() ? "." : file.parent_path();
@@ -52,16 +33,13 @@ Result<std::string> drop_scene(const sim::example_based::ExampleSet& set, const 
   for (const Vec3& p : set.mesh.X) box.extend(p);
   double volume = 0;
   for (int t = 0; t < set.mesh.tet_count(); ++t) volume += sim::signed_volume(set.mesh, t);
-  const double size = box.sizes().maxCoeff(), mass = kDensity * volume, drop = 1.5 * size;
+  const double size = box.sizes().maxCoeff(), mass = kAssetDensity * volume, drop = 1.5 * size;
 
   v1::Scene scene;
   scene.set_name(scene_file.stem().string());
   scene.set_description(text("Drops ", name.string(), "."));
   scene.set_dt(1.0 / 240);
-  v1::RigidBody& ground = *add_body(scene, "ground", Vec3::Zero(), {0.42f, 0.43f, 0.45f}).mutable_rigid();
-  ground.set_kind(v1::RigidBody::FIXED);
-  ground.set_friction(0.8);
-  ground.add_shapes()->mutable_plane();
+  add_ground(scene);
   const Vec3 half(0.3 * size, 0.2 * size, 0.8 * size);
   v1::RigidBody& block = *add_body(scene, "block", {-0.35 * size, half.y(), 0}, {0.55f, 0.54f, 0.5f}).mutable_rigid();
   block.set_kind(v1::RigidBody::FIXED);
@@ -78,10 +56,7 @@ Result<std::string> drop_scene(const sim::example_based::ExampleSet& set, const 
   v1::ExampleBody& example = *body.mutable_example();
   example.mutable_asset()->set_file(name.generic_string());
   example.set_mass(mass);
-  // The barrels of the paper's scene, scaled: 48 / m and 0.667 m at a size of 0.76 m, 21 N s at 216 kg and 7 m/s.
-  example.mutable_parameters()->set_alpha(36 / size);
-  example.mutable_parameters()->set_gamma(0.88 * size);
-  example.mutable_parameters()->set_beta(0.014 * mass * std::sqrt(2 * 9.81 * drop));
+  set_parameters(example, size, mass, std::sqrt(2 * 9.81 * drop));
   return io::print_json(scene);
 }
 

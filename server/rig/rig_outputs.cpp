@@ -11,15 +11,8 @@
 
 namespace crumple::rig {
 
-Result<void> RigOutputs::check(const std::vector<std::string>& inputs) const {
-  if (!io::has_ending(asset, {".crumple-asset", ".json"}))
-    return invalid("--out", "is " + asset + ", must end in .crumple-asset or .json");
-  if (!picture.empty() && !io::has_ending(picture, {".png", ".svg"}))
-    return invalid("--picture", "is " + picture + ", must end in .png or .svg");
-  if (!scene.empty() && !io::has_ending(scene, {".json"}))
-    return invalid("--scene", "is " + scene + ", must end in .json");
-  if (!gltf.empty() && !io::has_ending(gltf, {".glb"})) return invalid("--gltf", "is " + gltf + ", must end in .glb");
-
+Result<void> check_apart(const std::vector<std::string>& inputs,
+                         const std::vector<std::pair<std::string, std::string>>& outputs) {
   std::vector<std::filesystem::path> taken;
   const auto place = [](const std::string& file) {
     std::error_code failure;
@@ -28,13 +21,27 @@ Result<void> RigOutputs::check(const std::vector<std::string>& inputs) const {
   };
   for (const std::string& file : inputs)
     if (!file.empty()) taken.push_back(place(file));
-  for (const auto& [option, file] :
-       {std::pair("--out", asset), {"--picture", picture}, {"--scene", scene}, {"--gltf", gltf}}) {
+  for (const auto& [option, file] : outputs) {
     if (file.empty()) continue;
     if (std::ranges::find(taken, place(file)) != taken.end())
       return invalid(option, "is " + file + ", must be no file that is read or written besides");
     taken.push_back(place(file));
   }
+  return {};
+}
+
+Result<void> RigOutputs::check(const std::vector<std::string>& inputs) const {
+  if (!io::has_ending(asset, {".crumple-asset", ".json"}))
+    return invalid("--out", "is " + asset + ", must end in .crumple-asset or .json");
+  if (!picture.empty() && !io::has_ending(picture, {".png", ".svg"}))
+    return invalid("--picture", "is " + picture + ", must end in .png or .svg");
+  if (!scene.empty() && !io::has_ending(scene, {".json"}))
+    return invalid("--scene", "is " + scene + ", must end in .json");
+  if (!gltf.empty() && !io::has_ending(gltf, {".glb"})) return invalid("--gltf", "is " + gltf + ", must end in .glb");
+  if (auto apart =
+          check_apart(inputs, {{"--out", asset}, {"--picture", picture}, {"--scene", scene}, {"--gltf", gltf}});
+      !apart)
+    return apart;
   return scene.empty() ? Result<void>() : scene_can_name(asset, scene);
 }
 

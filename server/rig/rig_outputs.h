@@ -6,6 +6,10 @@
 
 namespace crumple::rig {
 
+// Asks for outputs (option and file, empty: none) that are neither one of the inputs nor each other.
+Result<void> check_apart(const std::vector<std::string>& inputs,
+                         const std::vector<std::pair<std::string, std::string>>& outputs);
+
 // Where a command's results go; empty: nowhere.
 struct RigOutputs {
   std::string asset;    // .crumple-asset (binary) or .json
