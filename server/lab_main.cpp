@@ -145,6 +145,7 @@ struct BenchCommand {
       description.integrator = integrator == "bdf2" ? sim::Integrator::bdf2 : sim::Integrator::backward_euler;
     }
     if (!precision.empty()) description.float_solver = precision == "float";
+    if (rigid_iterations > 0) description.rigid_iterations = rigid_iterations;
     if (kappa > 0) description.contact.kappa = kappa;
     if (recovery_steps > 0) description.contact.recovery_steps = recovery_steps;
     for (sim::BodyDescription& body : description.bodies) {
@@ -152,13 +153,16 @@ struct BenchCommand {
       if (fem && tolerance > 0) fem->material.cg_tolerance = tolerance;
       if (fem && !element.empty()) fem->element = element_kind(element);
       auto* example = std::get_if<sim::ExampleModel>(&body.model);
-      if (example && !collision.empty()) example->parameters.triangle_collision = collision == "triangles";
+      if (example && !collision.empty()) {
+        example->parameters.triangle_collision = collision == "triangles";
+        example->parameters.tet_collision = collision == "tets";
+      }
     }
   }
 
   int run() const {
     Result<sim::SceneDescription> description = std::unexpected(Error{});
-    lab::BenchmarkOptions options{.threads = threads, .invariants = invariants, .depth = depth, .rigid_iterations = rigid_iterations, .rigid_tolerance = rigid_tolerance};
+    lab::BenchmarkOptions options{.threads = threads, .invariants = invariants, .depth = depth, .rigid_tolerance = rigid_tolerance};
     if (scene == "beam") {
       lab::BeamOptions beam{.young = young};
       if (lattice != "femfx") beam.lattice = lattice == "kuhn" ? authoring::Lattice::kuhn : authoring::Lattice::bcc;
@@ -366,13 +370,13 @@ int main(int argc, char** argv) {
   b->add_option("--damping", bench.damping, "beam: a,b of C = a M + b K")->capture_default_str();
   b->add_option("--sleep", bench.sleep, "on: as scenes by default; off; else as the scene says: beam, pile, panel and barrels never sleep")
       ->check(CLI::IsMember({"on", "off"}));
-  b->add_option("--collision", bench.collision, "of example-based bodies, instead of the scene's (benchmark scenes: parts)")->check(CLI::IsMember({"triangles", "parts"}));
+  b->add_option("--collision", bench.collision, "of example-based bodies, instead of the scene's (benchmark scenes: parts)")->check(CLI::IsMember({"triangles", "parts", "tets"}));
   b->add_option("--seed", bench.seed, "barrels, pachinko, pegs, space")->capture_default_str();
   b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "rigid-modes", "multigrid", "warped-factor", "direct"}));
   b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));
   b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));
   b->add_option("--integrator", bench.integrator, "instead of the scene's")->check(CLI::IsMember({"backward_euler", "bdf2"}));
-  b->add_option("--rigid-iterations", bench.rigid_iterations, "of the rigid solver at most, instead of its own")->check(CLI::Range(1, 10'000));
+  b->add_option("--rigid-iterations", bench.rigid_iterations, "of the rigid solver at most, instead of the scene's")->check(CLI::Range(1, 10'000));
   b->add_option("--rigid-tolerance", bench.rigid_tolerance, "of the rigid solver [m/s], instead of its own")->check(CLI::Range(1e-15, 1.0));
   b->add_option("--element", bench.element, "of finite-element bodies, instead of the scene's")->check(CLI::IsMember({"tets", "octahedra"}));
   b->add_option("--kappa", bench.kappa, "of contact, instead of the scene's")->check(CLI::Range(1e-3, 1e6));

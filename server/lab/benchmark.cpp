@@ -115,7 +115,7 @@ Json assets_of(const sim::SceneDescription& scene) {
 
 Result<Json> run_benchmark(const sim::SceneDescription& scene, const BenchmarkOptions& options,
                            const std::function<void(int)>& on_step) {
-  auto made = sim::World::create(scene, {.threads = options.threads, .invariants = options.invariants, .rigid_iterations = options.rigid_iterations, .rigid_tolerance = options.rigid_tolerance});
+  auto made = sim::World::create(scene, {.threads = options.threads, .invariants = options.invariants, .rigid_tolerance = options.rigid_tolerance});
   if (!made) return std::unexpected(made.error());
   sim::World& world = **made;
   world.set_clock(now_ms);

@@ -12,7 +12,6 @@ struct BenchmarkOptions {
   int steps = 100;
   bool invariants = false;
   bool depth = false;  // vertex_depth.h
-  int rigid_iterations = 0;    // of the rigid solver, at most; 0: its own
   double rigid_tolerance = 0;  // its residual [m/s]; 0: its own
   std::string tip;    // body whose mean displacement at its x = max face is reported; empty: none
 };

@@ -110,6 +110,7 @@ ExampleParameters to_parameters(const v1::ExampleParameters& message, const std:
   if (message.has_raw_rates()) p.raw_rates = message.raw_rates();
   p.step = to_step(message.step(), field + ".step", c);
   if (message.has_triangle_collision()) p.triangle_collision = message.triangle_collision();
+  if (message.has_tet_collision()) p.tet_collision = message.tet_collision();
   p.secondary_goal = c.value(to_secondary_goal(message.secondary_goal(), field + ".secondary_goal"), "");
   if (message.has_goal_tolerance()) p.goal_tolerance = message.goal_tolerance();
   if (message.has_keep_volume()) p.keep_volume = message.keep_volume();

@@ -80,6 +80,7 @@ void set_world(const v1::Scene& message, sim::SceneDescription& scene, Conversio
   scene.gravity = to_vec3(message.has_gravity(), message.gravity(), scene.gravity);
   if (message.has_dt()) scene.dt = message.dt();
   if (message.has_rigid_substeps()) scene.rigid_substeps = message.rigid_substeps();
+  if (message.has_rigid_iterations()) scene.rigid_iterations = message.rigid_iterations();
   if (message.has_creep_dt()) scene.creep_dt = message.creep_dt();
   if (message.has_rate_dt()) scene.rate_dt = message.rate_dt();
   if (message.has_integrator()) scene.integrator = to_integrator(message.integrator(), c);

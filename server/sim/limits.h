@@ -27,6 +27,7 @@ inline constexpr double kGravity = 1e4;          // |.| [m/s^2]
 inline constexpr Range kTimeStep{1e-6, 0.2};     // [s]
 inline constexpr Range kReferenceStep{1e-6, 1};  // creep_dt, rate_dt [s]
 inline constexpr Range kSubsteps{1, 100};
+inline constexpr Range kRigidIterations{1, 10'000};
 inline constexpr int kMaxBodies = 10'000;
 inline constexpr int kMaxJoints = 10'000;
 inline constexpr Range kBearing{0, kInfinity, false, true};  // strength [N], bending [N m]

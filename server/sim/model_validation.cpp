@@ -152,6 +152,8 @@ void check_parameters(FirstBreach& breach, const example_based::ExampleParameter
   breach.number(p.mu, limits::kRestitutionRate, field + ".mu");
   breach.number(p.nu, limits::kRestitutionRate, field + ".nu");
   breach.number(p.restitution, limits::kUnit, field + ".restitution");
+  breach.require(!(p.triangle_collision && p.tet_collision), field + ".tet_collision",
+                 "is true and so is triangle_collision, at most one must be");
   breach.number(p.goal_tolerance, limits::kGoalTolerance, field + ".goal_tolerance");
   breach.number(p.fatigue_time, limits::kFatigueTime, field + ".fatigue_time");
 }

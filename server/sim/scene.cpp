@@ -17,6 +17,7 @@ void check_world(FirstBreach& breach, const SceneDescription& scene) {
   breach.vector(scene.gravity, limits::kGravity, "gravity");
   breach.number(scene.dt, limits::kTimeStep, "dt");
   breach.number(scene.rigid_substeps, limits::kSubsteps, "rigid_substeps");
+  breach.number(scene.rigid_iterations, limits::kRigidIterations, "rigid_iterations");
   breach.number(scene.creep_dt, limits::kReferenceStep, "creep_dt");
   breach.number(scene.rate_dt, limits::kReferenceStep, "rate_dt");
   breach.number(scene.contact.phi, limits::kPhi, "contact.phi");

@@ -141,6 +141,7 @@ struct SceneDescription {
   Vec3 gravity{0, -9.81, 0};  // [m/s^2], |.| <= 1e4
   double dt = 1.0 / 120;      // [s], [1e-6, 0.2]
   int rigid_substeps = 1;     // Bullet's steps per step, [1, 100]
+  int rigid_iterations = 30;  // of Bullet's solver, forth and back, at most, [1, 10'000]
   double creep_dt = 1.0 / 60; // dt_ref of creep [s] (decision 7), [1e-6, 1]
   double rate_dt = 1.0 / 250; // dt_ref of alpha and lambda [s] (decision 7), [1e-6, 1]
   Integrator integrator = Integrator::backward_euler;

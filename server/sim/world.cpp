@@ -16,8 +16,7 @@ Result<std::unique_ptr<World>> World::create(const SceneDescription& scene, cons
   assert(options.threads >= 1);
   if (auto valid = validate(scene); !valid) return std::unexpected(valid.error());
   std::unique_ptr<World> world(new World);
-  RigidSettings rigid{.gravity = scene.gravity};
-  if (options.rigid_iterations > 0) rigid.iterations = options.rigid_iterations;
+  RigidSettings rigid{.gravity = scene.gravity, .iterations = scene.rigid_iterations};
   if (options.rigid_tolerance > 0) rigid.tolerance = options.rigid_tolerance;
   world->impl_ = std::make_unique<Impl>(options, rigid);
   world->impl_->scene = scene;

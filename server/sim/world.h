@@ -18,9 +18,7 @@ struct WorldOptions {
   int threads = 1;          // bits do not depend on it
   bool invariants = false;  // keep World::invariants(); the state does not depend on it
   bool strikes = false;     // keep World::strikes(); the same
-  // For studies: of the rigid solver (RigidSettings); 0: its own.
-  int rigid_iterations = 0;
-  double rigid_tolerance = 0;  // [m/s]
+  double rigid_tolerance = 0;  // for studies: of the rigid solver (RigidSettings) [m/s]; 0: its own
 };
 
 // An impulse of rigid contact on an example-based body.

@@ -35,6 +35,7 @@ TEST(SceneConvert, MissingFieldsTakeTheDefaultsOfTheScene) {
   EXPECT_EQ(got.gravity, expected.gravity);
   EXPECT_EQ(got.dt, expected.dt);
   EXPECT_EQ(got.rigid_substeps, expected.rigid_substeps);
+  EXPECT_EQ(got.rigid_iterations, expected.rigid_iterations);
   EXPECT_EQ(got.creep_dt, expected.creep_dt);
   EXPECT_EQ(got.rate_dt, expected.rate_dt);
   EXPECT_EQ(got.integrator, expected.integrator);
@@ -125,6 +126,7 @@ TEST(SceneConvert, MissingFieldsOfAnExampleBodyTakeItsDefaults) {
   EXPECT_EQ(got.raw_rates, expected.raw_rates);
   EXPECT_EQ(got.step, expected.step);
   EXPECT_EQ(got.triangle_collision, expected.triangle_collision);
+  EXPECT_EQ(got.tet_collision, expected.tet_collision);
   EXPECT_EQ(got.secondary_goal, expected.secondary_goal);
   EXPECT_EQ(got.goal_tolerance, expected.goal_tolerance);
   EXPECT_EQ(got.keep_volume, expected.keep_volume);
@@ -137,7 +139,7 @@ TEST(SceneConvert, MissingFieldsOfAnExampleBodyTakeItsDefaults) {
 // Every scalar at a value that is not its default.
 TEST(SceneConvert, EveryFieldArrives) {
   const auto scene = convert(
-      "name: 'n' gravity { z: -1 } dt: 0.004 rigid_substeps: 3 creep_dt: 0.02 rate_dt: 0.03 joint_time: 0.04 integrator: BDF2 float_solver: true unguarded: true solver: MULTIGRID seed: 9 "
+      "name: 'n' gravity { z: -1 } dt: 0.004 rigid_substeps: 3 rigid_iterations: 17 creep_dt: 0.02 rate_dt: 0.03 joint_time: 0.04 integrator: BDF2 float_solver: true unguarded: true solver: MULTIGRID seed: 9 "
       "contact { raw_damping: true phi: 5 kappa: 6 recovery_steps: 7 max_recovery_speed: 8 friction: WEIGHT_HEURISTIC } "
       "sleep { speed: 0.5 time: 0.25 wake_acceleration: 3 } "
       "bodies { name: 'r' pose { position { x: 1 y: 2 z: 3 } } velocity { x: 4 } angular_velocity { y: 5 }"
@@ -160,6 +162,7 @@ TEST(SceneConvert, EveryFieldArrives) {
   EXPECT_EQ(scene.gravity, Vec3(0, 0, -1));
   EXPECT_EQ(scene.dt, 0.004);
   EXPECT_EQ(scene.rigid_substeps, 3);
+  EXPECT_EQ(scene.rigid_iterations, 17);
   EXPECT_EQ(scene.creep_dt, 0.02);
   EXPECT_EQ(scene.rate_dt, 0.03);
   EXPECT_EQ(scene.joint_time, 0.04);

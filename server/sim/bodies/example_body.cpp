@@ -47,6 +47,12 @@ Result<ExampleBody> ExampleBody::make(BodyId id, const BodyDescription& body, co
 
 DeformableShape ExampleBody::shape() const {
   if (parameters_.triangle_collision) return SurfaceMesh{state.x, rest().surface};
+  if (parameters_.tet_collision) {
+    std::vector<ConvexHull> tets;
+    for (const Tet& tet : rest().set->mesh.tets)
+      tets.push_back({{state.x[tet[0]], state.x[tet[1]], state.x[tet[2]], state.x[tet[3]]}});
+    return tets;
+  }
   std::vector<ConvexHull> parts(rest().hull_vertices.size());
   for (std::size_t p = 0; p < parts.size(); ++p) eb::hull_points(rest(), state, static_cast<int>(p), parts[p].points);
   return parts;

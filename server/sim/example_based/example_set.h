@@ -66,6 +66,7 @@ struct ExampleParameters {
   bool raw_rates = false;    // the paper's: eq. 4 and 13 per step whatever dt is (DESIGN decision 7)
   enum class Step { equation8, equation9, equation10 } step = Step::equation8;
   bool triangle_collision = false;  // GImpact triangle mesh instead of skinned convex parts (decision 6)
+  bool tet_collision = false;       // every tet a convex part, as in the paper's section 5; not both
   // Which of the weights that give one shape: secondary_goal.h.
   enum class SecondaryGoal { none, few_examples, smooth_weights } secondary_goal = SecondaryGoal::none;
   double goal_tolerance = 1e-4;  // what it may move a vertex by after a dent, over the body's size [-], [0, 0.1]

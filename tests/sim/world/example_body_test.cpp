@@ -185,6 +185,41 @@ TEST(ExampleFatigue, WeightAloneDentsOnlyWhereItIsRememberedLongEnough) {
   }
 }
 
+// A trough of three by two cubes whose middle upper one is missing, and a ball above it that fits in.
+TEST(TetCollision, ABallFallsIntoANotchThatTheConvexPartFills) {
+  const TetMesh whole = test::kuhn_lattice({3, 2, 2}, 0.3);
+  TetMesh trough;
+  std::vector<int> place(whole.X.size(), -1);
+  for (Tet tet : whole.tets) {
+    Vec3 middle = Vec3::Zero();
+    for (const int n : tet) middle += whole.X[n] / 4;
+    if (middle.x() > 0.3 && middle.x() < 0.6 && middle.y() > 0.3) continue;
+    for (int& n : tet) {
+      if (place[n] < 0) place[n] = static_cast<int>(trough.X.size()), trough.X.push_back(whole.X[n]);
+      n = place[n];
+    }
+    trough.tets.push_back(tet);
+  }
+  example_based::ExampleSet set;
+  set.mesh = trough;
+  set.W = Eigen::MatrixXd::Ones(trough.node_count(), 1);
+  set.examples = {{"rest", std::vector<example_based::BoneTransform>(1)}};
+  set.convex_parts.emplace_back();
+  for (int n = 0; n < trough.node_count(); ++n) set.convex_parts[0].push_back(n);
+  const auto ball_height = [&](bool tets) {
+    ExampleModel model{.set = std::make_shared<example_based::ExampleSet>(set), .mass = 100};
+    model.parameters.tet_collision = tets;
+    model.parameters.beta = 1e6;
+    SceneDescription scene;
+    scene.bodies = {ground(), {.name = "trough", .pose = at(0, 0, 0), .model = model}, ball("ball", 0.12, 0.5, at(0.45, 0.75, 0.3))};
+    auto world = make_world(scene);
+    for (int k = 0; k < 240; ++k) world->step();
+    return world->pose(2).p_WB.y();
+  };
+  EXPECT_NEAR(ball_height(true), 0.3 + 0.12, 0.01);
+  EXPECT_NEAR(ball_height(false), 0.6 + 0.12, 0.01);
+}
+
 TEST(ExampleParameters, AreLimitedAndOfExampleBodiesOnly) {
   auto world = make_world(empty_space({barrel("barrel", at(0, 0, 0)), ball("ball", 1, 1, at(5, 0, 0))}));
   const auto bad = world->submit(SetExampleParameters{0, {}, {}, 0.0});

@@ -89,6 +89,7 @@ const Breach kBreaches[] = {
     {"dt_nan", [](S& s) { s.dt = kNan; }, "dt", "must be a number"},
     {"dt_long", [](S& s) { s.dt = 0.25; }, "dt", "is 0.25, must be at most 0.2"},
     {"substeps", [](S& s) { s.rigid_substeps = 0; }, "rigid_substeps", "at least 1"},
+    {"sweeps", [](S& s) { s.rigid_iterations = 0; }, "rigid_iterations", "at least 1"},
     {"kappa", [](S& s) { s.contact.kappa = -1; }, "contact.kappa", "at least 0"},
     {"sleep_speed", [](S& s) { s.sleep.speed = 11; }, "sleep.speed", "is 11, must be at most 10"},
     {"sleep_time", [](S& s) { s.sleep.time = -1; }, "sleep.time", "at least 0"},
@@ -260,6 +261,8 @@ const Breach kBreaches[] = {
      "is 1, must be below 1"},
     {"goal_tolerance", [](S& s) { example(s).parameters.goal_tolerance = 0.2; }, "bodies[2].example.parameters.goal_tolerance", "at most 0.1"},
     {"fatigue_time", [](S& s) { example(s).parameters.fatigue_time = -1; }, "bodies[2].example.parameters.fatigue_time", "at least 0"},
+    {"two_collisions", [](S& s) { example(s).parameters.triangle_collision = example(s).parameters.tet_collision = true; },
+     "bodies[2].example.parameters.tet_collision", "at most one"},
     {"gamma", [](S& s) { example(s).parameters.gamma = 0; }, "bodies[2].example.parameters.gamma", "above 0"},
     {"alpha", [](S& s) { example(s).parameters.alpha = kInf; }, "bodies[2].example.parameters.alpha", "finite"},
 
