@@ -161,8 +161,6 @@ std::optional<Neighbour> neighbour(int own, int other, const Mat34& p, const Mat
   return Neighbour{{own, other, 0, true, n.normalized(), weights, relative}, distance};
 }
 
-bool same_body(const SweptSurface& a, const SweptSurface& b) { return a.unit.body == b.unit.body; }
-
 // near: the nearest triangle of each node that crosses none in the step.
 std::vector<Encounter> nodes_through_faces(const SweptSurface& own, const SweptSurface& other, double margin,
                                            std::vector<Neighbour>& near) {
@@ -178,7 +176,6 @@ std::vector<Encounter> nodes_through_faces(const SweptSurface& own, const SweptS
   for (const auto& [i, j] : pairs) {
     const int node = own.nodes[i].node;
     const Triangle& corners = other.faces[j].nodes;
-    if (same_body(own, other) && std::ranges::find(corners, node) != corners.end()) continue;
     p << own.start(node), other.start(corners[0]), other.start(corners[1]), other.start(corners[2]);
     d << own.way(node), other.way(corners[0]), other.way(corners[1]), other.way(corners[2]);
     if (const auto close = neighbour(i, j, p, d, 2 * margin)) {
@@ -207,7 +204,6 @@ std::vector<Encounter> edges_through_edges(const SweptSurface& own, const SweptS
   Mat34 p, d;
   for (const auto& [i, j] : pairs) {
     const SurfaceEdge &e = own.edges[i], &g = other.edges[j];
-    if (same_body(own, other) && (e.a == g.a || e.a == g.b || e.b == g.a || e.b == g.b)) continue;
     p << own.start(e.a), own.start(e.b), other.start(g.a), other.start(g.b);
     d << own.way(e.a), own.way(e.b), other.way(g.a), other.way(g.b);
     const FeatureCrossings crossings = edge_through_edge(p, d, -1);
@@ -249,7 +245,7 @@ bool Detector::changes(const Unit& a, const Unit& b) const {
 }
 
 bool Detector::may_pass(const Unit& a, const Unit& b) const {
-  if (in.settings.raw_damping || (is_fragment(a.body) && is_fragment(b.body))) return false;
+  if (in.settings.raw_damping || a.body == b.body || is_fragment(a.body) || is_fragment(b.body)) return false;
   const Vec3 most = (a.moves.max() - b.moves.min()).cwiseMax(b.moves.max() - a.moves.min());
   return most.norm() > std::min(a.component->thickness, b.component->thickness);
 }
@@ -361,10 +357,11 @@ bool Detector::meet_swept(const Unit& a, const Unit& b, std::vector<ContactRow>&
   return passing_count > 0;
 }
 
-// Of soft bodies what would pass has the rows of that and no others: a row stops what it touches, not what is behind it. A rigid
-// body stops as a whole, so that where it overlaps the other anywhere on its way that is enough.
+// Of soft bodies what would pass has the rows of that and no others: a row stops what it touches, not what is behind it. What
+// moves rigidly stops as a whole, so that where it overlaps the other anywhere on its way that is enough.
 void Detector::meet_pair(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const {
-  const bool swept = may_pass(a, b), any_rigid = in.bodies[a.body].rigid || in.bodies[b.body].rigid;
+  const auto moves_rigidly = [&](const Unit& unit) { return in.bodies[unit.body].rigid && in.bodies[unit.body].rigid->movable; };
+  const bool swept = may_pass(a, b), any_rigid = moves_rigidly(a) || moves_rigidly(b);
   const bool overlap = a.box.intersects(b.box);
   if (swept && any_rigid) {
     if (overlap) meet(a, b, rows);
