@@ -12,6 +12,7 @@
 #include "server/lab/impulse_tuning.h"
 #include "server/lab/material_preview.h"
 #include "server/lab/material_replay.h"
+#include "server/lab/roofline.h"
 #include "server/lab/split_times.h"
 #include "server/lab/stability/stability_command.h"
 #include "server/lab/static_solve.h"
@@ -23,6 +24,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -320,6 +322,23 @@ int main(int argc, char** argv) {
   splits_command->callback([&] {
     const auto result = lab::time_splits(splits);
     exit_code = result ? print(*result) : fail(result.error());
+  });
+
+  lab::RooflineOptions roofline;
+  std::vector<int> roofline_cells;
+  bool roofline_json = false;
+  auto* w = app.add_subcommand("roofline", "the solver's hot loops: bytes moved over the machine's memory bandwidth, as a table");
+  w->add_option("--cells", roofline_cells, "x,y,z: of beam A; default 50,10,10")->delimiter(',')->expected(3);
+  w->add_option("--threads", roofline.threads, "1,2: numbers of threads to measure with")->delimiter(',')->capture_default_str();
+  w->add_option("--stream-mb", roofline.stream_mb, "of each of the triad's three arrays")->capture_default_str();
+  w->add_option("--repeats", roofline.repeats)->capture_default_str();
+  w->add_flag("--json", roofline_json, "the numbers instead of the table");
+  w->callback([&] {
+    if (roofline_cells.size() == 3) std::ranges::copy(roofline_cells, roofline.cells.begin());
+    const auto result = lab::measure_roofline(roofline);
+    if (!result) exit_code = fail(result.error());
+    else if (roofline_json) exit_code = print(*result);
+    else std::cout << lab::roofline_table(*result);
   });
 
   TrajectoryCommand trajectory;

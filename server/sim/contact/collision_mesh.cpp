@@ -16,6 +16,11 @@ double rest_volume(const Tet& tet, const std::vector<Vec3>& X) {
   return std::abs((X[tet[1]] - o).cross(X[tet[2]] - o).dot(X[tet[3]] - o)) / 6;
 }
 
+double face_area(const Tet& tet, int opposite, const std::vector<Vec3>& X) {
+  const auto& [a, b, c] = kTetFaces[opposite];
+  return 0.5 * (X[tet[b]] - X[tet[a]]).cross(X[tet[c]] - X[tet[a]]).norm();
+}
+
 }  // namespace
 
 CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vector<Vec3>& X,
@@ -53,14 +58,17 @@ CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vecto
   mesh.components.reserve(components);
   for (const int t : order) {
     const int position = static_cast<int>(mesh.tets.size());
-    if (component[t] == static_cast<int>(mesh.components.size())) mesh.components.push_back({position, position, position, 0, 0});
+    if (component[t] == static_cast<int>(mesh.components.size())) mesh.components.push_back({position, position, position, 0, 0, 0});
     CollisionComponent& part = mesh.components.back();
     mesh.tets.push_back({t, tets[t], exterior[t]});
     part.end = position + 1;
     if (exterior[t] != 0) part.boundary_end = position + 1;
     part.volume += rest_volume(tets[t], X);
     if (!tet_mass.empty()) part.mass += tet_mass[t];
+    for (int k = 0; k < 4; ++k)
+      if (exterior[t] >> k & 1) part.thickness += face_area(tets[t], k, X);  // the area, so far
   }
+  for (CollisionComponent& part : mesh.components) part.thickness = part.thickness > 0 ? 2 * part.volume / part.thickness : 0;
   return mesh;
 }
 

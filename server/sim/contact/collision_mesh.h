@@ -19,6 +19,7 @@ struct CollisionComponent {
   int begin, boundary_end, end;  // its tets in CollisionMesh::tets, those with an exterior face first
   double volume;                 // at rest [m^3]
   double mass;                   // [kg]
+  double thickness;              // at rest, 2 V / A of its surface's area A: a plate's own, a third of a cube's edge [m]
 };
 
 // What contact needs of a tet mesh besides positions: made when a body loads and again when it breaks.

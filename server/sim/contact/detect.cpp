@@ -45,6 +45,11 @@ void number_pairs(std::span<ContactRow> rows) {
   for (ContactRow& row : rows) row.pair = pair += row.pair;
 }
 
+// At least of any of its nodes, at most sqrt(3) times that [m].
+double largest_move(const Unit& unit) {
+  return unit.moves.isEmpty() ? 0 : unit.moves.min().cwiseAbs().cwiseMax(unit.moves.max().cwiseAbs()).norm();
+}
+
 double reduced_mass(double a, double b) { return a == kInfinity ? b : b == kInfinity ? a : a * b / (a + b); }
 
 // Runs job(k, rows) for k in [0, count) in parallel; the rows come in order of k.
@@ -84,12 +89,16 @@ void Detector::add_units(int body) {
     bool free = source.rigid && source.rigid->movable;
     for (int k = component.begin; k < component.end; ++k)
       for (const int node : source.mesh->tets[k].nodes) {
+        const Vec3 move = placed[body].x[node] - source.x[node];
         unit.box.extend(placed[body].x[node]);
-        unit.move += placed[body].x[node] - source.x[node];
+        unit.moves.extend(move);
+        unit.way_box.extend(source.x[node]);
+        unit.move += move;
         if (!source.rigid) free = free || source.fixed.empty() || !source.fixed[node];
       }
     if (source.rigid) unit.mass = source.rigid->mass;
     if (!free) unit.mass = kInfinity;
+    unit.way_box.extend(unit.box);
     unit.move /= std::max(1, 4 * (component.end - component.begin));
     unit.diagonal = unit.box.isEmpty() ? 0 : unit.box.diagonal().norm();
     unit.fast = !in.settings.raw_damping && unit.move.norm() > kFastPart * unit.diagonal;
@@ -135,9 +144,7 @@ void Detector::meet_at(double s, const Unit& a, const Unit& b, std::vector<Conta
   std::vector<IndexPair> pairs;
   sweep_and_prune(near_a.boxes, near_b.boxes, pairs);
 
-  const double volume_a = a.mass < kInfinity ? a.component->volume : kInfinity;
-  const double volume_b = b.mass < kInfinity ? b.component->volume : kInfinity;
-  const Share share{reduced_mass(a.mass, b.mass), std::min(volume_a, volume_b)};
+  const Share share = share_of(a, b);
   FoundRows found;
   for (const auto& [i, j] : pairs) {
     const CollisionTet &tet_a = tet(a, near_a.tets[i]), &tet_b = tet(b, near_b.tets[j]);
@@ -146,6 +153,12 @@ void Detector::meet_at(double s, const Unit& a, const Unit& b, std::vector<Conta
   }
   rows = std::move(found.surface.empty() ? found.buried : found.surface);
   share_out(share, rows);
+}
+
+Share Detector::share_of(const Unit& a, const Unit& b) const {
+  const double volume_a = a.mass < kInfinity ? a.component->volume : kInfinity;
+  const double volume_b = b.mass < kInfinity ? b.component->volume : kInfinity;
+  return {reduced_mass(a.mass, b.mass), std::min(volume_a, volume_b)};
 }
 
 void Detector::share_out(const Share& share, std::span<ContactRow> rows) const {
@@ -189,23 +202,33 @@ std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& po
   for (int k = 0; k < bodies; ++k) detector.add_units(k);
   std::vector<Unit>& units = detector.units;
 
-  // Broad phase, over components' boxes.
+  // Broad phase, over components' boxes; what is faster than the thinnest of them is thick may miss it on its way.
+  double thinnest = kInfinity;
+  for (const Unit& unit : units) thinnest = std::min(thinnest, unit.component->thickness);
   std::vector<Box3> boxes;
-  for (const Unit& unit : units) boxes.push_back(unit.box);
+  for (const Unit& unit : units) boxes.push_back(2 * largest_move(unit) > thinnest ? unit.way_box : unit.box);
   std::vector<IndexPair> pairs = sweep_and_prune(boxes);
-  std::erase_if(pairs, [&](const IndexPair& p) { return !detector.may_meet(units[p.first], units[p.second]); });
-  std::vector<std::uint8_t> near(units.size(), 0);
-  for (const auto& [a, b] : pairs) near[a] = near[b] = 1;
+  std::vector<std::uint8_t> near(units.size(), 0), passing(units.size(), 0);
+  std::erase_if(pairs, [&](const IndexPair& p) {
+    const Unit &a = units[p.first], &b = units[p.second];
+    if (!detector.may_meet(a, b)) return true;
+    const bool meet = a.box.intersects(b.box), pass = detector.may_pass(a, b);
+    near[p.first] |= meet, near[p.second] |= meet;
+    passing[p.first] |= pass, passing[p.second] |= pass;
+    return !meet && !pass;
+  });
   for (std::size_t k = 0; k < units.size(); ++k) near[k] |= detector.self(units[k]) != nullptr;
   pool.for_chunks(static_cast<int>(units.size()), 16, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k)
+    for (int k = begin; k < end; ++k) {
       if (near[k]) detector.fill_tet_boxes(units[k]);
+      if (passing[k]) detector.fill_way_boxes(units[k]);
+    }
   });
 
   // Narrow phase.
   std::vector<ContactRow> rows;
   append_rows(static_cast<int>(pairs.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
-    detector.meet(units[pairs[k].first], units[pairs[k].second], found);
+    detector.meet_pair(units[pairs[k].first], units[pairs[k].second], found);
   });
   append_rows(static_cast<int>(units.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
     if (detector.self(units[k])) detector.meet_itself(units[k], pool, found);

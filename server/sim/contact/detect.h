@@ -61,6 +61,9 @@ struct DetectionInput {
 //   Which parts of a component meet where it meets itself is not asked: m and V are those of two halves, a quarter of its
 //   mass and half its volume. Rows of rigid fragments have 0.3 kappa and 2 tau. Against a plane each node below it has a row
 //   of its own (submerged_nodes.h).
+// Components that would pass wholly through each other in the step, whatever of them meets at its ends, have instead rows of the
+// nodes and edges that would: they stop where the first of them meet (detect_swept.cpp). Not swept are rigid fragments, and pieces
+// of one body against each other and themselves.
 // Raw law, the paper's: detection at x; c_n = dt phi |r|, s* = 0: damping, in both directions, and nothing else.
 // Friction by settings.friction: Coulomb's, a bound that the passes of a solve keep (friction.h), or by weight
 // (weight_friction.h).

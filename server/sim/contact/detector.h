@@ -29,6 +29,9 @@ struct Unit {
   Vec3 move = Vec3::Zero();      // mean displacement in the step [m]
   double diagonal = 0;           // of its box at the end of the step [m]
   bool fast = false;             // boxes then hold the whole way from the start of the step
+  Box3 moves;                    // displacements of its nodes in the step [m]
+  Box3 way_box;                  // its way from the start of the step to the end
+  std::vector<Box3> way_boxes;   // of its boundary tets, if it might pass through another unit
 };
 
 // What overlaps, by what is known of its direction.
@@ -80,6 +83,17 @@ struct Detector {
   void fill_tet_boxes(Unit& unit) const;
   int samples(const Unit& a, const Unit& b) const;
   void meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
+  // Whether they move further against each other than the thinner one is thick.
+  bool may_pass(const Unit& a, const Unit& b) const;
+  void fill_way_boxes(Unit& unit) const;
+  // Whether velocities within one of them differ by more than that in a step.
+  bool changes(const Unit& a, const Unit& b) const;
+  // Adds rows of features that would pass wholly through the other unit; true if any would. And rows that hold off what is near.
+  bool meet_swept(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
+  void add_swept_side(ContactRow& row, int side, double t, const Unit& unit, int tet_at, std::span<const int> nodes,
+                      std::span<const double> weights) const;
+  void meet_pair(const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
+  Share share_of(const Unit& a, const Unit& b) const;
   void meet_at(double s, const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const;
   void meet_tets(double s, const TetOfUnit& a, const TetOfUnit& b, const Share& share, FoundRows& found) const;
   const SelfContact* self(const Unit& unit) const;

@@ -135,7 +135,7 @@ bool refresh_rows(std::span<ContactRow> rows, std::span<const Vec3> u, bool may_
 
 void remember_friction(std::span<const ContactRow> rows, FrictionMemory& memory) {
   for (const ContactRow& row : rows) {
-    if (!row.active || row.friction <= 0) continue;
+    if (!row.active || row.friction <= 0 || row.swept) continue;
     const double bound = row.friction * std::max(row.lambda_n, 0.0), held = row.lambda_t.norm();
     memory.entries.push_back({key_of(row), std::min(1.0, bound / std::max(held, 1e-300)) * row.lambda_t, row.c_t < row.c_n});
   }
