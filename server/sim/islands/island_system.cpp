@@ -109,7 +109,7 @@ void IslandSystem::append_to(std::vector<Eigen::Triplet<double>>& entries) const
   }
 }
 
-// Where nothing touches a small stiff body that is whole, its factor. Where a large piece is stiff, multigrid: block-Jacobi needs many
+// Where nothing touches a small stiff body that is whole and stays so, its factor: making one pays over hundreds of steps. Where a large piece is stiff, multigrid: block-Jacobi needs many
 // iterations there. Where pieces are small, what those iterations go into is the motion of pieces as a whole. Soft and light ones are
 // block-Jacobi's.
 SolverKind IslandSystem::choose(SolverKind wanted) const {
@@ -122,7 +122,8 @@ SolverKind IslandSystem::choose(SolverKind wanted) const {
   if (wanted == SolverKind::rigid_modes) return has_places ? wanted : SolverKind::jacobi;
   if (wanted == SolverKind::warped_factor && has_factors) return wanted;
   const bool alone = island_.rows.empty() && island_.rigid.empty();
-  if (wanted == SolverKind::automatic && has_factors && alone && blocks_ <= kFactorNodes && stiffness() >= kModesStiffness)
+  const bool lasts = has_factors && all_have([](const IslandBody& body) { return !body.rest->breakable(); });
+  if (wanted == SolverKind::automatic && lasts && alone && blocks_ <= kFactorNodes && stiffness() >= kModesStiffness)
     return SolverKind::warped_factor;
   return choose_without_factors();
 }

@@ -289,7 +289,7 @@ TEST(WarpedFactor, AMirroredBodyComesBackAsWithTheDirectSolver) {
     inverted[k] = fem::inverted_count(body.mesh.tets, body.state.x);
   }
   EXPECT_EQ(inverted[0], inverted[1]);
-  EXPECT_LE(energy[0], 1.01 * energy[1] + 1e-3);
+  EXPECT_NEAR(energy[0], energy[1], 0.05 * energy[1]);  // of 4 J; the tolerance of 1e-3 in 180 steps
 }
 
 TEST(WarpedFactor, AStiffBarThatSpinsKeepsItsMomentumAndItsShape) {
