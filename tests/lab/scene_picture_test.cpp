@@ -36,8 +36,8 @@ TEST(ScenePicture, VerticesTakeTheColoursOfTheirChannels) {
   const auto first = drawn.colour();
   drawn.frame.bodies[0].values = {0, 0, 0, 1, 1, 1};
   const auto second = drawn.colour();
-  EXPECT_GT(first[0], 2 * first[2]);   // red
-  EXPECT_GT(second[2], 2 * second[0]); // blue
+  EXPECT_GT(first[0], 2 * first[2]);    // red
+  EXPECT_GT(second[2], 2 * second[0]);  // blue
   drawn.frame.bodies[0].values = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f};
   for (const int k : {0, 1, 2}) {
     EXPECT_GE(drawn.colour()[k], std::min(first[k], second[k])) << k;

@@ -1,5 +1,5 @@
-// A dented car looks like its examples: what a blow makes of it lies between the poses that were authored for it, and the
-// pose on the side of the blow has the largest part in it. Jones et al. 2016, sections 3.1 and 3.2.
+// A dented car looks like its examples: what a blow makes of it lies between the poses that were authored for it, and
+// the pose on the side of the blow has the largest part in it. Jones et al. 2016, sections 3.1 and 3.2.
 #include "tests/sim/world/world_bodies.h"
 
 #include "server/authoring/car_asset.h"
@@ -16,7 +16,8 @@ namespace {
 using example_based::ExampleSet;
 
 // From x to the convex hull of the columns of P [m]. Its nearest point is a convex combination of at most four of them
-// (Caratheodory), so it is that of least distance among those which affine least squares find inside a choice of four or fewer.
+// (Caratheodory), so it is that of least distance among those which affine least squares find inside a choice of four
+// or fewer.
 double distance_to_hull(const Eigen::Matrix3Xd& P, const Vec3& x) {
   double least = std::numeric_limits<double>::infinity();
   for (unsigned chosen = 1; chosen < 1u << P.cols(); ++chosen) {
@@ -25,7 +26,8 @@ double distance_to_hull(const Eigen::Matrix3Xd& P, const Vec3& x) {
     for (int e = 0; e < P.cols(); ++e)
       if (chosen >> e & 1) of.push_back(e);
     Eigen::MatrixXd edges(3, of.size() - 1);
-    for (std::size_t k = 1; k < of.size(); ++k) edges.col(static_cast<Eigen::Index>(k) - 1) = P.col(of[k]) - P.col(of[0]);
+    for (std::size_t k = 1; k < of.size(); ++k)
+      edges.col(static_cast<Eigen::Index>(k) - 1) = P.col(of[k]) - P.col(of[0]);
     const Vec3 from_first = x - P.col(of[0]);
     Eigen::VectorXd share = Eigen::VectorXd::Zero(edges.cols());
     if (of.size() > 1) share = edges.completeOrthogonalDecomposition().solve(from_first);
@@ -37,9 +39,7 @@ double distance_to_hull(const Eigen::Matrix3Xd& P, const Vec3& x) {
 
 TEST(DentedCar, DistanceToAHullIsThatOfItsNearestFaceEdgeOrCorner) {
   Eigen::Matrix3Xd P(3, 5);
-  P << 0, 1, 0, 0, 0.2,
-       0, 0, 1, 0, 0.2,
-       0, 0, 0, 1, 0.2;
+  P << 0, 1, 0, 0, 0.2, 0, 0, 1, 0, 0.2, 0, 0, 0, 1, 0.2;
   EXPECT_NEAR(distance_to_hull(P, {0.25, 0.25, 0.25}), 0, 1e-15);
   EXPECT_NEAR(distance_to_hull(P, {0.2, 0.2, -3}), 3, 1e-12);
   EXPECT_NEAR(distance_to_hull(P, {0.5, -3, -4}), 5, 1e-12);
@@ -66,7 +66,8 @@ TEST_P(StruckCar, LiesBetweenItsExamplesAndLooksLikeThatOfTheBlowsSide) {
   model.parameters = {.alpha = 100, .beta = 100, .gamma = 2, .lambda = 0.9};
   BodyDescription car{.name = "car"};
   car.model = model;
-  SceneDescription scene = empty_space({car, ball("ball", 0.25, 250, {Quat::Identity(), blow.at - 4 * blow.towards}, 25 * blow.towards)});
+  SceneDescription scene =
+      empty_space({car, ball("ball", 0.25, 250, {Quat::Identity(), blow.at - 4 * blow.towards}, 25 * blow.towards)});
   scene.dt = 0.004;
   const auto world = make_world(scene);
   for (int k = 0; k < 200; ++k) world->step();
@@ -90,7 +91,8 @@ TEST_P(StruckCar, LiesBetweenItsExamplesAndLooksLikeThatOfTheBlowsSide) {
     for (int e = 0; e < set->example_count(); ++e) P.col(e) = example_based::skin_in_example(rest, i, e);
     farthest = std::max(farthest, distance_to_hull(P, x));
     moved = std::max(moved, (x - P.col(0)).norm());
-    beside = std::max(beside, distance_to_hull(P, x + 0.02 * P.col(0).normalized()));  // what swells by 2 cm is no such shape
+    beside = std::max(beside,
+                      distance_to_hull(P, x + 0.02 * P.col(0).normalized()));  // what swells by 2 cm is no such shape
   }
   EXPECT_LT(farthest, 1e-5);  // [m]; a frame's floats, 30 m away, are good to 2e-6
   EXPECT_GT(moved, 0.1);
