@@ -21,7 +21,7 @@ def car(name, place, paint, flattened, factor=1.0):
     if flattened:
         asset["flattened"] = True
     return {"name": name, "pose": {"position": vec(*place)}, "colour": paint,
-            "example": {"asset": {"car": asset}, "parameters": METAL, "mass": MASS if factor == 1 else 14745, "friction": 0.9}}
+            "example": {"asset": {"car": asset}, "parameters": METAL, "mass": MASS if factor == 1 else 30000, "friction": 0.9}}
 
 
 def cannonballs(flattened):
