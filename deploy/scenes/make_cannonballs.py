@@ -2,7 +2,7 @@
 """Writes cannonballs.json, cannonballs_plain.json and falling_cars.json beside this file: a car under cannonballs until a larger
 one falls on it, after Jones et al. 2016, figure 7, with and without the flattened example; and the fall alone, side by side.
 
-Sizes, metal and the cars' masses are theirs. Lighter balls than theirs (600 to 1000 kg) leave the car where the other one falls."""
+Sizes, metal and the struck car's mass are theirs. Lighter balls than theirs (600 to 1000 kg) leave the car where the other one falls."""
 import math
 
 from scene_writer import colour, ground, vec, write
@@ -15,13 +15,13 @@ GOLD, BLUE = colour(0.75, 0.6, 0.12), colour(0.13, 0.3, 0.55)
 AWAY = 14  # of a ball from where it will hit [m]
 
 
-def car(name, place, paint, flattened, factor=1.0):
+def car(name, place, paint, flattened, factor=1.0, mass=MASS):
     asset = {"shape": {"length": round(factor * LENGTH, 4), "width": round(factor * WIDTH, 4), "height": round(factor * HEIGHT, 4)},
              "cell_size": 0.305 if factor == 1 else 0.46}
     if flattened:
         asset["flattened"] = True
     return {"name": name, "pose": {"position": vec(*place)}, "colour": paint,
-            "example": {"asset": {"car": asset}, "parameters": METAL, "mass": MASS if factor == 1 else 30000, "friction": 0.9}}
+            "example": {"asset": {"car": asset}, "parameters": METAL, "mass": mass, "friction": 0.9}}
 
 
 def cannonballs(flattened):
@@ -39,7 +39,7 @@ def cannonballs(flattened):
         impulse = tuple(mass * v for v in (-speed * away[0], rise, -speed * away[2]))
         script.append({"time": round(0.2 + 0.28 * k, 2),
                        "command": {"apply_impulse": {"body": f"ball {k + 1}", "impulse": vec(*impulse), "point": vec(*place)}}})
-    bodies.append(car("second car", (0.4, 40, 0.3), BLUE, flattened, LARGER))
+    bodies.append(car("second car", (0.4, 40, 0.3), BLUE, flattened, LARGER, 60000))
     way = "with" if flattened else "without"
     return {"name": "cannonballs" if flattened else "cannonballs_plain",
             "description": f"A car under eight cannonballs, until a larger one falls on it, {way} a flattened example, after Jones et al. 2016, figure 7.",
@@ -50,7 +50,7 @@ def falling_cars():
     bodies = [ground(0.8)]
     for name, x, flattened in (("with", -5, True), ("without", 5, False)):
         bodies.append(car(f"car {name}", (x, 0.01, 0), GOLD, flattened))
-        bodies.append(car(f"car above {name}", (x - 0.35, 25, 0), BLUE, flattened, LARGER))
+        bodies.append(car(f"car above {name}", (x - 0.35, 25, 0), BLUE, flattened, LARGER, 14745))
     return {"name": "falling_cars",
             "description": "A larger car falls on a car twice: left the flattened example is among theirs, right not, after Jones et al. 2016, figure 7.",
             "dt": 0.002, "bodies": bodies, "recording": {"every": 8}}

@@ -16,7 +16,7 @@ namespace {
 
 // Collision shape and mass properties follow when a vertex has moved by this part of the body's size since they were
 // taken, and when the shape comes to rest. Hulls of examples are coarser themselves (kExampleShortfall in hull_points.cpp).
-constexpr double kShapeLag = 2e-3;
+constexpr double kShapeLag = 4e-3;  // 4 mm of a barrel, in scenes whose bodies lie up to 25 mm in each other
 
 }  // namespace
 

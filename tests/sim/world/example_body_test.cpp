@@ -55,7 +55,7 @@ TEST_F(StruckBarrel, CollisionShapeFollowsWithinItsLagAndIsExactAtRest) {
   }
   EXPECT_LT(steps, 5000);
   EXPECT_LT(body->state.E.col(0).minCoeff(), 0.99) << "the barrel must be dented for this to say anything";
-  EXPECT_LT(largest_lag, 2.4e-3);  // two thousandths of its 1.1 m
+  EXPECT_LT(largest_lag, 4.7e-3);  // four thousandths of its 1.1 m
   EXPECT_LT(proxy_lag(*body), 1e-12);
 }
 
