@@ -1,38 +1,16 @@
 #include "server/sim/contact/contact_rows.h"
 
 #include "server/sim/cross_matrix.h"
+#include "server/sim/quad.h"
 
 #include <algorithm>
 #include <cassert>
-#include <cstring>
 #include <numeric>
-
-#ifdef __AVX__
-#include <immintrin.h>
-#endif
 
 namespace crumple::sim::contact {
 namespace {
 
 constexpr int kRowChunk = 256;  // rows or blocks a task
-
-// Three entries and one that is never read.
-using Lanes = double __attribute__((vector_size(32)));
-
-Lanes load4(const double* p) {
-  Lanes lanes;
-  std::memcpy(&lanes, p, sizeof lanes);
-  return lanes;
-}
-
-// Nothing behind the three is touched: the last block ends its vector.
-Lanes load3(const double* p) {
-#ifdef __AVX__
-  return _mm256_maskload_pd(p, _mm256_set_epi64x(0, -1, -1, -1));
-#else
-  return Lanes{p[0], p[1], p[2], 0};
-#endif
-}
 
 }  // namespace
 
@@ -97,9 +75,9 @@ void ContactRows::Lists::close() {
 }
 
 Vec3 ContactRows::gather(int k, const Eigen::VectorXd& x) const {
-  Lanes sum{};
+  Quad sum{};
   for (int e = of_row_.weighted_start[k]; e < of_row_.weighted_start[k + 1]; ++e)
-    sum += of_row_.weighted[e].weight * load3(x.data() + 3 * of_row_.weighted[e].other);
+    sum += of_row_.weighted[e].weight * load_three(x.data() + 3 * of_row_.weighted[e].other);
   Vec3 u(sum[0], sum[1], sum[2]);
   for (int e = of_row_.turned_start[k]; e < of_row_.turned_start[k + 1]; ++e)
     u += x.segment<3>(3 * of_row_.turned[e].other).cross(of_row_.turned[e].arm);
@@ -120,9 +98,9 @@ void ContactRows::apply_add(const Eigen::VectorXd& x, Eigen::VectorXd& y, const 
   });
   pool.for_chunks(of_block_.size(), kRowChunk, [&](int begin, int end) {
     for (int b = begin; b < end; ++b) {
-      Lanes sum{};
+      Quad sum{};
       for (int e = of_block_.weighted_start[b]; e < of_block_.weighted_start[b + 1]; ++e)
-        sum += of_block_.weighted[e].weight * load4(f_[of_block_.weighted[e].other].data());
+        sum += of_block_.weighted[e].weight * load_four(f_[of_block_.weighted[e].other].data());
       Vec3 force(sum[0], sum[1], sum[2]);
       for (int e = of_block_.turned_start[b]; e < of_block_.turned_start[b + 1]; ++e)
         force += of_block_.turned[e].arm.cross(f_[of_block_.turned[e].other].head<3>());

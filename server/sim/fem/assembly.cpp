@@ -1,6 +1,6 @@
 #include "server/sim/fem/assembly.h"
 
-#include "server/sim/fem/quad.h"
+#include "server/sim/quad.h"
 #include "server/sim/mesh/disjoint_sets.h"
 
 #include <cassert>

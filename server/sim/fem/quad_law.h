@@ -2,7 +2,7 @@
 
 #include "server/sim/fem/corotational.h"
 #include "server/sim/fem/fem_material.h"
-#include "server/sim/fem/quad.h"
+#include "server/sim/quad.h"
 
 // The co-rotated law of four elements at once, one in each lane of the vector unit. Lanes do not see each other.
 namespace crumple::sim::fem {

@@ -1,36 +1,16 @@
 #include "server/sim/linear_solver/block_sparse_matrix.h"
 
+#include "server/sim/quad.h"
+
 #include <algorithm>
 #include <cassert>
-#include <cstring>
 #include <functional>
-
-#ifdef __AVX__
-#include <immintrin.h>
-#endif
 
 namespace crumple::sim::linear_solver {
 
 namespace {
 
 constexpr int kRowsPerChunk = 256;
-
-// Four lanes; the fourth carries the next column's first entry along and is never read.
-using Lanes = double __attribute__((vector_size(32)));
-
-inline Lanes load(const double* p) {
-  Lanes lanes;
-  std::memcpy(&lanes, p, sizeof lanes);
-  return lanes;
-}
-
-inline Lanes load(const float* p) {
-#ifdef __AVX__
-  return _mm256_cvtps_pd(_mm_loadu_ps(p));  // one instruction, where g++ 12 makes four of a vector conversion
-#else
-  return Lanes{p[0], p[1], p[2], p[3]};
-#endif
-}
 
 }  // namespace
 
@@ -81,15 +61,16 @@ template <class Scalar>
 void BlockSparseMatrix<Scalar>::multiply_rows(int begin, int end, const double* x, double* y) const {
   for (int row = begin; row < end; ++row) {
     // One sum a column of the blocks: three short dependency chains instead of one long one.
-    Lanes sum0{}, sum1{}, sum2{};
+    // The fourth lane carries the next column's first entry along and is never read.
+    Quad sum0{}, sum1{}, sum2{};
     for (int k = row_start_[row]; k < row_start_[row + 1]; ++k) {
       const Scalar* B = values_.data() + 9 * k;
       const double* x_k = x + 3 * columns_[k];
-      sum0 += load(B) * x_k[0];
-      sum1 += load(B + 3) * x_k[1];
-      sum2 += load(B + 6) * x_k[2];
+      sum0 += load_four(B) * x_k[0];
+      sum1 += load_four(B + 3) * x_k[1];
+      sum2 += load_four(B + 6) * x_k[2];
     }
-    const Lanes sum = sum0 + sum1 + sum2;
+    const Quad sum = sum0 + sum1 + sum2;
     const Eigen::Map<const Vec3> x_row(x + 3 * row);
     Eigen::Map<Vec3>(y + 3 * row) = diagonal_[row] * x_row + Vec3(sum[0], sum[1], sum[2]);
   }

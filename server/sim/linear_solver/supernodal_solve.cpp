@@ -1,6 +1,7 @@
 #include "server/sim/linear_solver/supernodal_solve.h"
 
 #include "server/sim/linear_solver/supernodes.h"
+#include "server/sim/quad.h"
 
 #include <algorithm>
 #include <cstring>
@@ -12,25 +13,10 @@
 namespace crumple::sim::linear_solver {
 namespace {
 
-using Doubles = double __attribute__((vector_size(32)));
-
 int padded(int rows) { return (rows + 3) & ~3; }
 
-Doubles load(const double* p) {
-  Doubles v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
-Doubles load(const float* p) {
-#ifdef __AVX2__
-  return _mm256_cvtps_pd(_mm_loadu_ps(p));
-#else
-  return Doubles{p[0], p[1], p[2], p[3]};
-#endif
-}
-
 // a b + c, rounded once where the machine can.
-Doubles multiply_add(Doubles a, Doubles b, Doubles c) {
+Quad multiply_add(Quad a, Quad b, Quad c) {
 #ifdef __FMA__
   return _mm256_fmadd_pd(a, b, c);
 #else
@@ -38,17 +24,16 @@ Doubles multiply_add(Doubles a, Doubles b, Doubles c) {
 #endif
 }
 
-Doubles all(double s) { return Doubles{s, s, s, s}; }
-double sum(Doubles v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+double sum(Quad v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
 // sum_c L_c x_c of Columns columns, `rows` long, onto y.
 template <int Columns>
 void add_columns(const float* L, int rows, const double* x, double* y) {
-  Doubles factor[Columns];
-  for (int c = 0; c < Columns; ++c) factor[c] = all(x[c]);
+  Quad factor[Columns];
+  for (int c = 0; c < Columns; ++c) factor[c] = quad(x[c]);
   for (int i = 0; i < rows; i += 4) {
-    Doubles v = load(y + i);
-    for (int c = 0; c < Columns; ++c) v = multiply_add(load(L + static_cast<std::ptrdiff_t>(c) * rows + i), factor[c], v);
+    Quad v = load_four(y + i);
+    for (int c = 0; c < Columns; ++c) v = multiply_add(load_four(L + static_cast<std::ptrdiff_t>(c) * rows + i), factor[c], v);
     std::memcpy(y + i, &v, sizeof v);
   }
 }
@@ -56,10 +41,10 @@ void add_columns(const float* L, int rows, const double* x, double* y) {
 // x_c -= L_c . y
 template <int Columns>
 void subtract_dots(const float* L, int rows, const double* y, double* x) {
-  Doubles dot[Columns] = {};
+  Quad dot[Columns] = {};
   for (int i = 0; i < rows; i += 4) {
-    const Doubles v = load(y + i);
-    for (int c = 0; c < Columns; ++c) dot[c] = multiply_add(load(L + static_cast<std::ptrdiff_t>(c) * rows + i), v, dot[c]);
+    const Quad v = load_four(y + i);
+    for (int c = 0; c < Columns; ++c) dot[c] = multiply_add(load_four(L + static_cast<std::ptrdiff_t>(c) * rows + i), v, dot[c]);
   }
   for (int c = 0; c < Columns; ++c) x[c] -= sum(dot[c]);
 }

@@ -3,13 +3,14 @@
 #include "common/types.h"
 
 #include <cmath>
+#include <cstring>
 
 #ifdef __AVX2__
 #include <immintrin.h>
 #endif
 
 // Four doubles in the lanes of the vector unit.
-namespace crumple::sim::fem {
+namespace crumple::sim {
 
 using Quad = double __attribute__((vector_size(32)));
 
@@ -20,6 +21,21 @@ inline Quad square_root(Quad v) {
   return _mm256_sqrt_pd(v);
 #else
   return Quad{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
+#endif
+}
+
+// p[0] to p[3].
+inline Quad load_four(const double* p) {
+  Quad v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline Quad load_four(const float* p) {
+#ifdef __AVX2__
+  return _mm256_cvtps_pd(_mm_loadu_ps(p));  // one instruction, where g++ 12 makes four of a vector conversion
+#else
+  return Quad{p[0], p[1], p[2], p[3]};
 #endif
 }
 
@@ -39,4 +55,4 @@ inline Mat3 to_matrix(const Quad (&columns)[3]) {
   return m;
 }
 
-}  // namespace crumple::sim::fem
+}  // namespace crumple::sim
