@@ -78,9 +78,8 @@ void RowsBefore::keep(const ExampleState& state, std::span<const int> which) {
 bool give_back_volume(const ExampleRest& rest, const RowsBefore& before, const ThreadPool& pool, ExampleState& state) {
   const int examples = rest.example_count();
   const int rows = static_cast<int>(before.vertices.size());
-  const double wanted = shape_volume(rest, rest.x_rest);
-  const double missing = wanted - shape_volume(rest, state.x);
-  if (rows == 0 || !(std::abs(missing) > kNone * wanted)) return false;
+  const double missing = rest.volume - shape_volume(rest, state.x);
+  if (rows == 0 || !(std::abs(missing) > kNone * rest.volume)) return false;
 
   const std::vector<Vec3> gradient = volume_gradient(rest, state.x);
   struct Part {
