@@ -69,7 +69,7 @@ class ExampleBody {
   void hash(StateHash& hash) const;
 
  private:
-  DeformableShape shape() const;       // convex parts, or the surface as triangles
+  DeformableShape shape() const;       // convex parts, the surface as triangles, or every tet
   MassProperties mass_properties() const;
   void make_proxy();
   bool shape_is_due() const;

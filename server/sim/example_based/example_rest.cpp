@@ -73,10 +73,11 @@ void skin_rest_pose(ExampleRest& rest) {
   Eigen::AlignedBox3d box;
   for (const Vec3& x : rest.x_rest) box.extend(x);
   rest.size = box.diagonal().norm();
+  rest.shape_volume = shape_volume(rest.set->mesh, rest.x_rest);
 }
 
 double filled_volume(const TetMesh& mesh, int t) {
-  return signed_volume(mesh, t) * (mesh.fill.empty() ? 1 : mesh.fill[t]);
+  return signed_volume(mesh, t) * fill_of(mesh, t);
 }
 
 void share_mass(ExampleRest& rest) {
@@ -119,6 +120,15 @@ void find_surface(ExampleRest& rest) {
 }
 
 }  // namespace
+
+double shape_volume(const TetMesh& mesh, std::span<const Vec3> x) {
+  double volume = 0;
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    const auto& [a, b, c, d] = mesh.tets[t];
+    volume += fill_of(mesh, t) / 6 * (x[b] - x[a]).cross(x[c] - x[a]).dot(x[d] - x[a]);
+  }
+  return volume;
+}
 
 double rest_volume(const ExampleSet& set) {
   double volume = 0;

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace crumple::sim::example_based {
@@ -52,7 +53,8 @@ struct ExampleRest {
   int first_example = 0;       // D_ie = 0 for e below it: 1 where the rest pose moves nothing
 
   // Mass. Shares sum to 1; they follow the rest volume times fill and stay while the body deforms.
-  double volume = 0;                 // [m^3], rest, times fill
+  double volume = 0;                 // of mesh.X, times fill [m^3]
+  double shape_volume = 0;           // of x_rest, times fill [m^3]
   std::vector<double> tet_share;     // [-]
   std::vector<double> vertex_share;  // [-], a quarter of each tet's share to each of its vertices
 
@@ -81,6 +83,11 @@ struct ExampleRest {
   int example_count() const { return set->example_count(); }
   const BonePose& pose(int bone, int example) const { return poses[bone * example_count() + example]; }
 };
+
+inline double fill_of(const TetMesh& mesh, std::size_t t) { return mesh.fill.empty() ? 1 : mesh.fill[t]; }
+
+// Sum over the tets of their volumes in shape x times fill [m^3]; an inverted tet's is below 0. x: N [m].
+double shape_volume(const TetMesh& mesh, std::span<const Vec3> x);
 
 // Volume of the set's tets at rest, times fill [m^3]: what a density is of.
 double rest_volume(const ExampleSet& set);

@@ -8,8 +8,8 @@ struct ExampleTimes {
   double locate = 0;       // vertices for the points that were struck
   double projection = 0;   // eqs. 4, 5, 8
   double propagation = 0;  // eq. 11
-  double weights = 0;      // eqs. 13, 15, and what is asked beyond them: volume, secondary goal
-  double skinning = 0;     // eq. 3
+  double weights = 0;      // eqs. 13, 15, and the secondary goal
+  double skinning = 0;     // eq. 3, and keeping volume
   double shape = 0;        // mass properties, hulls, proxy, and handing them to the rigid room
 
   ExampleTimes& operator+=(const ExampleTimes& other) {

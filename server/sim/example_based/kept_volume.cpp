@@ -13,8 +13,6 @@ constexpr int kChunk = 64;           // rows a task
 constexpr double kNone = 1e-12;      // of a volume or a slope
 constexpr double kNothingLeft = 1e-3;  // an example with less weight than this, on the rows that change, cannot give any
 
-double fill_of(const TetMesh& mesh, std::size_t t) { return mesh.fill.empty() ? 1 : mesh.fill[t]; }
-
 // dV / dx_i [m^2]: a third of the area vectors opposite.
 std::vector<Vec3> volume_gradient(const ExampleRest& rest, std::span<const Vec3> x) {
   std::vector<Vec3> gradient(x.size(), Vec3::Zero());
@@ -54,16 +52,6 @@ WeightRow allowed_part(const WeightRow& H, const WeightRow& A, const std::vector
 
 }  // namespace
 
-double shape_volume(const ExampleRest& rest, std::span<const Vec3> x) {
-  const TetMesh& mesh = rest.set->mesh;
-  double volume = 0;
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    const auto& [a, b, c, d] = mesh.tets[t];
-    volume += fill_of(mesh, t) / 6 * (x[b] - x[a]).cross(x[c] - x[a]).dot(x[d] - x[a]);
-  }
-  return volume;
-}
-
 void RowsBefore::keep(const ExampleState& state, std::span<const int> which) {
   vertices.assign(which.begin(), which.end());
   E.clear();
@@ -78,8 +66,8 @@ void RowsBefore::keep(const ExampleState& state, std::span<const int> which) {
 bool give_back_volume(const ExampleRest& rest, const RowsBefore& before, const ThreadPool& pool, ExampleState& state) {
   const int examples = rest.example_count();
   const int rows = static_cast<int>(before.vertices.size());
-  const double missing = rest.volume - shape_volume(rest, state.x);
-  if (rows == 0 || !(std::abs(missing) > kNone * rest.volume)) return false;
+  const double missing = rest.shape_volume - shape_volume(rest.set->mesh, state.x);
+  if (rows == 0 || !(std::abs(missing) > kNone * rest.shape_volume)) return false;
 
   const std::vector<Vec3> gradient = volume_gradient(rest, state.x);
   struct Part {

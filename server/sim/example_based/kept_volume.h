@@ -20,9 +20,6 @@ namespace crumple::sim::example_based {
 
 inline constexpr double kMostBulge = 2;  // |d| [-]
 
-// Sum over the tets of their volumes times fill [m^3]; an inverted tet's is below 0. x: N [m].
-double shape_volume(const ExampleRest& rest, std::span<const Vec3> x);
-
 // Rows of a state before a step changed them.
 struct RowsBefore {
   std::vector<int> vertices;  // ascending

@@ -5,7 +5,6 @@
 #include "server/sim/example_based/skinning.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <limits>
 #include <optional>

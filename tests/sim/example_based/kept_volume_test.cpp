@@ -62,7 +62,7 @@ struct Pressed {
       if ((rest.x_rest[i] - Vec3(0, 0.5, 0)).norm() < (rest.x_rest[best] - Vec3(0, 0.5, 0)).norm()) best = i;
     return best;
   }
-  double lost() const { return 1 - shape_volume(rest, state.x) / shape_volume(rest, rest.x_rest); }
+  double lost() const { return 1 - shape_volume(rest.set->mesh, state.x) / shape_volume(rest.set->mesh, rest.x_rest); }
   double depth() const { return rest.x_rest[top()].y() - state.x[top()].y(); }  // [m]
 };
 
@@ -70,10 +70,10 @@ const std::vector<Vec3> kSquashAndBulge{{1, 0.6, 1}, {1.5, 1, 1}, {1, 1, 1.5}};
 
 TEST(KeptVolume, IsThatOfTheMeshAtRestAndOfAStretchedBlock) {
   const ExampleRest rest = make_rest(block(kSquashAndBulge));
-  EXPECT_NEAR(shape_volume(rest, rest.x_rest), 1, 1e-12);
+  EXPECT_NEAR(shape_volume(rest.set->mesh, rest.x_rest), 1, 1e-12);
   std::vector<Vec3> x;
   for (int i = 0; i < rest.vertex_count(); ++i) x.push_back(skin_in_example(rest, i, 1));
-  EXPECT_NEAR(shape_volume(rest, x), 0.6, 1e-12);
+  EXPECT_NEAR(shape_volume(rest.set->mesh, x), 0.6, 1e-12);
 }
 
 TEST(KeptVolume, WhatIsPressedInBulgesOutAndStaysPressedIn) {
