@@ -1,4 +1,4 @@
-// crumple-rig: from an artist's mesh to an example-based asset (Jones et al. 2016, section 4).
+// crumple-rig: from an artist's mesh to an example-based asset (Jones et al. 2016, sections 4 and 5).
 // Exit: 0 done; 2 bad input; 1 anything else.
 #include "server/rig/break_command.h"
 #include "server/rig/crush_command.h"
@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   add_outputs(*p, pose_outputs, "another asset file; default: the same");
 
   CrushCommand crush;
-  auto* c = app.add_subcommand("crush", "adds examples by pressing sides in, simulated by finite elements");
+  auto* c = app.add_subcommand("crush", "adds examples by pressing sides in, simulated");
   crush.add_to(*c);
   add_outputs(*c, crush_outputs, "the asset file; default: the same, where an asset is given");
 

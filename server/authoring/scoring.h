@@ -20,8 +20,8 @@ struct ScoreOptions {
 
 inline constexpr int kMostPieces = 1000;
 
-// Cells that fill the asset's box. Errors name the option: pieces, size, aspect or block out of range, a block with a
-// side that is not positive, more than kMaxSplinterCells cells, what plane_cells and voronoi_cells reject.
+// Cells that fill the asset's box. Errors name the option: pieces, size, aspect, direction or block out of range, more
+// than kMaxSplinterCells cells, what plane_cells and voronoi_cells reject.
 Result<std::vector<SplinterCell>> scored_cells(const sim::example_based::ExampleSet& asset,
                                                const ScoreOptions& options);
 

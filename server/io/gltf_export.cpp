@@ -2,6 +2,7 @@
 
 #include "common/text.h"
 #include "server/authoring/painted_regions.h"
+#include "server/io/gltf_component.h"
 #include "server/io/gltf_document.h"
 #include "server/sim/mesh/embedding.h"
 
@@ -16,7 +17,6 @@ using sim::example_based::BoneTransform;
 using sim::example_based::ExampleSet;
 using sim::example_based::Handle;
 
-enum ComponentType { kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126 };
 enum Target { kNone = 0, kVertices = 34962, kIndices = 34963 };
 
 // The document and its one buffer.

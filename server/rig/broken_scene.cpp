@@ -3,6 +3,7 @@
 #include "common/text.h"
 #include "server/io/message_json.h"
 #include "server/rig/scene_messages.h"
+#include "server/scene_convert/geometry_convert.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,6 @@
 namespace crumple::rig {
 namespace {
 
-constexpr double kGravity = 9.81;  // [m/s^2]
 
 double speed_of_ball(double size) { return 12 * std::sqrt(size); }  // [m/s]
 
@@ -53,7 +53,7 @@ void add_ball(v1::Scene& scene, const Whole& whole, double mass, const Vec3& foo
   v1::Body& ball = add_body(scene, "ball", start, {0.5f, 0.1f, 0.05f});
   // It drops by g t^2 / 2 on its way.
   const double time = 1.5 * whole.size / speed;
-  set_vec(ball.mutable_velocity(), Vec3(speed, kGravity * time / 2, 0));
+  *ball.mutable_velocity() = scene_convert::to_message(Vec3(speed, kGravity * time / 2, 0));
   v1::RigidBody& rigid = *ball.mutable_rigid();
   rigid.set_mass(mass / 2);
   rigid.add_shapes()->mutable_sphere()->set_radius(radius);
@@ -105,7 +105,7 @@ Result<std::string> broken_scene(const authoring::PrescoredAsset& asset, const s
     v1::Joint& joint = *scene.add_joints();
     joint.set_a(text("part ", face.a + 1));
     joint.set_b(text("part ", face.b + 1));
-    set_vec(joint.mutable_position(), face.centroid - foot);
+    *joint.mutable_position() = scene_convert::to_message(face.centroid - foot);
     joint.set_strength(strength * areas[f]);
     joint.set_bending(strength * std::pow(areas[f], 1.5) / 6);
   }

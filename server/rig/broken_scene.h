@@ -1,6 +1,7 @@
 #pragma once
 
 #include "server/authoring/prescored_parts.h"
+#include "server/rig/scene_messages.h"
 
 #include <array>
 
@@ -8,7 +9,7 @@ namespace crumple::rig {
 
 struct BrokenSceneOptions {
   double strength = 0;   // tension that the faces between parts bear [Pa]; 0: default_strength
-  double density = 150;  // [kg/m^3]
+  double density = kAssetDensity;  // [kg/m^3]
   bool struck = true;    // by a ball that flies along x into its upper half
 };
 

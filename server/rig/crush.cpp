@@ -8,6 +8,7 @@
 #include "server/sim/world.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace crumple::rig {
@@ -15,12 +16,11 @@ namespace {
 
 using sim::example_based::ExampleSet;
 
-constexpr double kDt = 1.0 / 240, kPress = 0.75, kRelease = 0.25, kRest = 0.25;  // [s]
+constexpr double kDt = 1.0 / 240;  // [s]
 constexpr int kFewestTets = 200;
 // Strain is additive: a tet whose plastic strain has an eigenvalue of -1 is at rest where it is flat, and beyond that
 // where it is inside out. Without a trace, that takes a norm of sqrt(3/2); with 2 a car ended in 206 inverted tets.
 constexpr double kMostPlastic = 0.6;
-constexpr double kWaveSpeed = 100;  // of sound, in sizes of the body a second: 75 pass while the plate comes down
 
 sim::SceneDescription press_scene(const std::shared_ptr<const sim::TetMesh>& mesh, const CrushOptions& o, double extent,
                                   double size) {
@@ -53,8 +53,6 @@ sim::SceneDescription press_scene(const std::shared_ptr<const sim::TetMesh>& mes
   return scene;
 }
 
-}  // namespace
-
 Result<void> check(const ExampleSet& set, const CrushOptions& o) {
   if (!(o.depth > 0 && o.depth <= 0.6)) return invalid("depth", text("is ", o.depth, ", must be in (0, 0.6]"));
   if (!(o.yield_strain >= 1e-4 && o.yield_strain <= 1))
@@ -65,7 +63,10 @@ Result<void> check(const ExampleSet& set, const CrushOptions& o) {
   return {};
 }
 
-Result<sim::TetMesh> tets_to_press(const ExampleSet& set) {
+}  // namespace
+
+Result<sim::TetMesh> tets_to_press(const ExampleSet& set, const CrushOptions& o) {
+  if (auto ok = check(set, o); !ok) return std::unexpected(ok.error());
   auto enclosing =
       authoring::enclosing_mesh(set.render, {.tet_budget = std::max(set.mesh.tet_count() * 5 / 4, kFewestTets)});
   if (!enclosing) return std::unexpected(enclosing.error());
@@ -74,8 +75,7 @@ Result<sim::TetMesh> tets_to_press(const ExampleSet& set) {
 
 Result<Crushed> crush(const ExampleSet& set, const std::string& name, const CrushOptions& o,
                       const std::function<void(double)>& progress) {
-  if (auto ok = check(set, o); !ok) return std::unexpected(ok.error());
-  const auto rest = tets_to_press(set);
+  const auto rest = tets_to_press(set, o);
   if (!rest) return std::unexpected(rest.error());
   const PressFrame frame(rest->X, o.axis, o.from_max);
   auto turned = std::make_shared<sim::TetMesh>(*rest);
@@ -95,19 +95,11 @@ Result<Crushed> crush(const ExampleSet& set, const std::string& name, const Crus
   Crushed out{.copy = {name, {}}, .report = {.inverted_tets = view.inverted, .steps = steps}};
   for (const Mat3& strain : view.plastic_strain)
     out.report.plastic_strain = std::max(out.report.plastic_strain, strain.norm());
-  std::vector<Vec3> x;
-  Eigen::AlignedBox3d after;
-  for (const Vec3& p : view.x) {
-    if (!p.allFinite())
-      return std::unexpected(Error{ErrorCode::internal, "crush", "ended in a state that is not finite"});
-    after.extend(p);
-    x.push_back(frame.from_press(p));
-  }
-  out.report.thickness = after.sizes().y() / extent;
-  const Pose back = closest_motion(x, rest->X);
-  for (Vec3& p : x) p = back * p;
+  const auto released = frame.released(view.x, rest->X);
+  if (!released) return std::unexpected(released.error());
+  out.report.thickness = released->thickness;
   out.copy.vertices.resize(set.render.vertices.size());
-  sim::embedded_positions(sim::embed(set.render.vertices, *rest), rest->tets, x, out.copy.vertices);
+  sim::embedded_positions(sim::embed(set.render.vertices, *rest), rest->tets, released->x, out.copy.vertices);
   return out;
 }
 

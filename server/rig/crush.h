@@ -2,6 +2,8 @@
 
 #include "server/authoring/artist_mesh.h"
 
+#include <functional>
+
 // Examples from simulation: the asset's surface, filled with a metal that yields, pressed by finite elements.
 namespace crumple::rig {
 
@@ -32,11 +34,9 @@ struct Crushed {
 Result<Crushed> crush(const sim::example_based::ExampleSet& set, const std::string& name, const CrushOptions& options,
                       const std::function<void(double done)>& progress = {});
 
-// What both ways of pressing begin with. Errors: depth or yield_strain out of range, no render surface.
-Result<void> check(const sim::example_based::ExampleSet& set, const CrushOptions& options);
-
-// Tets of a press's own, drawn onto the render surface, about as many as the asset has: those of the asset may be flat,
-// where they had to be pushed around vertices. Errors: enclosing_mesh's.
-Result<sim::TetMesh> tets_to_press(const sim::example_based::ExampleSet& set);
+// What both ways of pressing begin with: tets of the press's own, drawn onto the render surface, about as many as the
+// asset has; those of the asset may be flat, where they had to be pushed around vertices. Errors: depth or yield_strain out
+// of range, no render surface, enclosing_mesh's.
+Result<sim::TetMesh> tets_to_press(const sim::example_based::ExampleSet& set, const CrushOptions& options);
 
 }  // namespace crumple::rig

@@ -4,6 +4,7 @@
 #include "server/io/message_json.h"
 #include "server/io/side_files.h"
 #include "server/rig/scene_messages.h"
+#include "server/scene_convert/geometry_convert.h"
 
 #include <cmath>
 
@@ -43,20 +44,16 @@ Result<std::string> drop_scene(const sim::example_based::ExampleSet& set, const 
   const Vec3 half(0.3 * size, 0.2 * size, 0.8 * size);
   v1::RigidBody& block = *add_body(scene, "block", {-0.35 * size, half.y(), 0}, {0.55f, 0.54f, 0.5f}).mutable_rigid();
   block.set_kind(v1::RigidBody::FIXED);
-  set_vec(block.add_shapes()->mutable_box()->mutable_half_extents(), half);
+  *block.add_shapes()->mutable_box()->mutable_half_extents() = scene_convert::to_message(half);
 
   const Quat tilt(Eigen::AngleAxisd(0.5, Vec3(0.3, 0, 1).normalized()));
   v1::Body& body = add_body(scene, "dropped", Vec3(0, 2 * half.y() + drop + 0.5 * size, 0) - tilt * box.center(),
                             {0.13f, 0.3f, 0.55f});
-  v1::Quaternion& q = *body.mutable_pose()->mutable_quaternion();
-  q.set_w(tilt.w());
-  q.set_x(tilt.x());
-  q.set_y(tilt.y());
-  q.set_z(tilt.z());
+  *body.mutable_pose()->mutable_quaternion() = scene_convert::to_message(tilt);
   v1::ExampleBody& example = *body.mutable_example();
   example.mutable_asset()->set_file(name.generic_string());
   example.set_mass(mass);
-  set_parameters(example, size, mass, std::sqrt(2 * 9.81 * drop));
+  set_parameters(example, size, mass, std::sqrt(2 * kGravity * drop));
   return io::print_json(scene);
 }
 

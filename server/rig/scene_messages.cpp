@@ -1,18 +1,14 @@
 #include "server/rig/scene_messages.h"
 
-namespace crumple::rig {
+#include "server/scene_convert/geometry_convert.h"
 
-void set_vec(v1::Vec3* to, const Vec3& v) {
-  to->set_x(v.x());
-  to->set_y(v.y());
-  to->set_z(v.z());
-}
+namespace crumple::rig {
 
 v1::Body& add_body(v1::Scene& scene, const std::string& name, const Vec3& position,
                    const std::array<float, 3>& colour) {
   v1::Body& body = *scene.add_bodies();
   body.set_name(name);
-  set_vec(body.mutable_pose()->mutable_position(), position);
+  *body.mutable_pose()->mutable_position() = scene_convert::to_message(position);
   body.mutable_colour()->set_r(colour[0]);
   body.mutable_colour()->set_g(colour[1]);
   body.mutable_colour()->set_b(colour[2]);

@@ -10,8 +10,8 @@
 namespace crumple::rig {
 
 inline constexpr double kAssetDensity = 150;  // [kg/m^3], of sheet metal and air
+inline constexpr double kGravity = 9.81;      // a scene's default [m/s^2]
 
-void set_vec(v1::Vec3* to, const Vec3& v);
 v1::Body& add_body(v1::Scene& scene, const std::string& name, const Vec3& position, const std::array<float, 3>& colour);
 void add_ground(v1::Scene& scene);
 

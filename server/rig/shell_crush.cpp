@@ -11,7 +11,6 @@
 namespace crumple::rig {
 namespace {
 
-constexpr double kPress = 0.75, kRelease = 0.25, kRest = 0.25;  // [s], as in crush
 constexpr double kDamping = 2, kStill = 30;  // while it is pressed, and when the plate has gone [1/s]
 constexpr int kStepsPerSecond = 240, kSubsteps = 20;
 
@@ -82,21 +81,20 @@ double plate_at(double time, double extent, double size, double depth) {
 
 Result<Crushed> shell_crush(const sim::example_based::ExampleSet& set, const std::string& name, const CrushOptions& o,
                             const std::function<void(double)>& progress) {
-  if (auto ok = check(set, o); !ok) return std::unexpected(ok.error());
-  const auto tets = tets_to_press(set);
+  const auto tets = tets_to_press(set, o);
   if (!tets) return std::unexpected(tets.error());
   const sim::SurfaceMesh skin = skin_of(*tets);
   const PressFrame frame(skin.vertices, o.axis, o.from_max);
   sim::SurfaceMesh turned = skin;
   for (Vec3& p : turned.vertices) p = frame.in_press(p);
 
-  ThinShell shell(turned, {.wave_speed = 100 * frame.size, .yield_strain = o.yield_strain});
+  ThinShell shell(turned, {.wave_speed = kWaveSpeed * frame.size, .yield_strain = o.yield_strain});
   const int steps = static_cast<int>(std::lround((kPress + kRelease + kRest) * kStepsPerSecond));
   constexpr double h = 1.0 / (kStepsPerSecond * kSubsteps);
   for (int k = 0; k < steps; ++k) {
+    const double damping = k < (kPress + kRelease) * kStepsPerSecond ? kDamping : kStill;
     for (int s = 0; s < kSubsteps; ++s) {
       const double top = plate_at((k * kSubsteps + s + 1) * h, frame.extent, frame.size, o.depth);
-      const double damping = k < (kPress + kRelease) * kStepsPerSecond ? kDamping : kStill;
       shell.substep(h, Vec3::Zero(), damping, [&](const Vec3& before, Vec3& x) {
         if (x.y() >= 0 && x.y() <= top) return;
         x = Vec3(before.x(), std::clamp(x.y(), 0.0, top), before.z());  // what a plate touches does not slide
@@ -107,18 +105,10 @@ Result<Crushed> shell_crush(const sim::example_based::ExampleSet& set, const std
   }
 
   Crushed out{.copy = {name, {}}, .report = {.plastic_strain = shell.largest_fold(), .steps = steps}};
-  std::vector<Vec3> x;
-  Eigen::AlignedBox3d after;
-  for (const Vec3& p : shell.x()) {
-    if (!p.allFinite())
-      return std::unexpected(Error{ErrorCode::internal, "crush", "ended in a state that is not finite"});
-    after.extend(p);
-    x.push_back(frame.from_press(p));
-  }
-  out.report.thickness = after.sizes().y() / frame.extent;
-  const Pose back = closest_motion(x, skin.vertices);
-  for (Vec3& p : x) p = back * p;
-  out.copy.vertices = Carried(skin, set.render.vertices).at(x);
+  const auto released = frame.released(shell.x(), skin.vertices);
+  if (!released) return std::unexpected(released.error());
+  out.report.thickness = released->thickness;
+  out.copy.vertices = Carried(skin, set.render.vertices).at(released->x);
   return out;
 }
 

@@ -79,13 +79,6 @@ void ThinShell::flow() {
   }
 }
 
-double ThinShell::largest_stretch() const {
-  double out = 0;
-  for (const Spring& s : springs_)
-    if (!s.fold) out = std::max(out, std::abs((x_[s.a] - x_[s.b]).norm() / s.first - 1));
-  return out;
-}
-
 double ThinShell::largest_fold() const {
   double out = 0;
   for (const Spring& s : springs_)

@@ -40,7 +40,6 @@ class ThinShell {
   std::vector<Vec3>& x() { return x_; }
   void hold(int vertex) { inverse_mass_[vertex] = 0; }
 
-  double largest_stretch() const;  // of an edge's length against that at first [-]
   double largest_fold() const;     // of a fold's rest length against that at first [-]
 
  private:
