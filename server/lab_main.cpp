@@ -6,6 +6,7 @@
 #include "server/lab/chart/chart_command.h"
 #include "server/lab/chart/example_tables_command.h"
 #include "server/lab/chart/timeline_command.h"
+#include "server/lab/command_output.h"
 #include "server/lab/destruction_scenes.h"
 #include "server/lab/example_kernels.h"
 #include "server/lab/example_replay.h"
@@ -32,24 +33,16 @@
 #include <map>
 
 using namespace crumple;
+using lab::fail;
 using lab::Json;
+using lab::print;
 
 namespace {
-
-int fail(const Error& error) {
-  std::cerr << "crumple-lab: " << error.text() << "\n";
-  return error.code == ErrorCode::invalid_argument ? 2 : 1;
-}
 
 Json rows(const std::vector<Vec3>& vectors) {
   Json list = Json::array();
   for (const Vec3& v : vectors) list.push_back({v.x(), v.y(), v.z()});
   return list;
-}
-
-int print(const Json& json) {
-  std::cout << json.dump() << "\n";
-  return 0;
 }
 
 sim::fem::ElementKind element_kind(const std::string& name) {
@@ -325,16 +318,14 @@ int main(int argc, char** argv) {
   });
 
   lab::RooflineOptions roofline;
-  std::vector<int> roofline_cells;
   bool roofline_json = false;
   auto* w = app.add_subcommand("roofline", "the solver's hot loops: bytes moved over the machine's memory bandwidth, as a table");
-  w->add_option("--cells", roofline_cells, "x,y,z: of beam A; default 50,10,10")->delimiter(',')->expected(3);
+  w->add_option("--cells", roofline.cells, "x,y,z: of beam A")->delimiter(',')->capture_default_str();
   w->add_option("--threads", roofline.threads, "1,2: numbers of threads to measure with")->delimiter(',')->capture_default_str();
   w->add_option("--stream-mb", roofline.stream_mb, "of each of the triad's three arrays")->capture_default_str();
   w->add_option("--repeats", roofline.repeats)->capture_default_str();
   w->add_flag("--json", roofline_json, "the numbers instead of the table");
   w->callback([&] {
-    if (roofline_cells.size() == 3) std::ranges::copy(roofline_cells, roofline.cells.begin());
     const auto result = lab::measure_roofline(roofline);
     if (!result) exit_code = fail(result.error());
     else if (roofline_json) exit_code = print(*result);

@@ -3,6 +3,7 @@
 #include "common/text.h"
 #include "server/authoring/car_asset.h"
 #include "server/lab/clock.h"
+#include "server/lab/median.h"
 #include "server/sim/example_based/deform.h"
 #include "server/sim/example_based/skinning.h"
 
@@ -14,12 +15,6 @@ namespace crumple::lab {
 namespace {
 
 namespace eb = sim::example_based;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Every row anywhere in the simplex: no example is left out.
 void scatter(eb::WeightMatrix& E, std::mt19937_64& random) {
@@ -78,11 +73,8 @@ Json impulse_us(const eb::ExampleRest& rest, double gamma, const ExampleKernelOp
 }  // namespace
 
 Result<Json> time_example_kernels(const ExampleKernelOptions& options) {
-  const auto refuse = [](const char* field, auto value, const char* rule) {
-    return std::unexpected(Error{ErrorCode::invalid_argument, field, text("is ", value, ", must be ", rule)});
-  };
-  if (!(options.cell_size >= 0.08 && options.cell_size <= 1)) return refuse("cell_size", options.cell_size, "in [0.08, 1]");
-  if (options.repeats < 1 || options.repeats > 100'000) return refuse("repeats", options.repeats, "in [1, 100000]");
+  if (!(options.cell_size >= 0.08 && options.cell_size <= 1)) return invalid("cell_size", text("is ", options.cell_size, ", must be in [0.08, 1]"));
+  if (options.repeats < 1 || options.repeats > 100'000) return invalid("repeats", text("is ", options.repeats, ", must be in [1, 100000]"));
   auto set = authoring::make_car_asset({.cell_size = options.cell_size});
   if (!set) return std::unexpected(set.error());
   const auto shared = std::make_shared<const eb::ExampleSet>(std::move(*set));

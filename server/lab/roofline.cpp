@@ -3,6 +3,7 @@
 #include "common/text.h"
 #include "server/lab/benchmark_scenes.h"
 #include "server/lab/clock.h"
+#include "server/lab/median.h"
 #include "server/sim/fem/assembly.h"
 #include "server/sim/linear_solver/block_jacobi.h"
 #include "server/sim/linear_solver/conjugate_gradient.h"
@@ -21,12 +22,6 @@ namespace ls = sim::linear_solver;
 constexpr int kTriadChunk = 1 << 15;  // entries
 constexpr int kVectorChunk = 4096;
 constexpr int kCgIterations = 20;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Median time of a call [us], after one that is not counted.
 double median_us(int repeats, const std::function<void()>& call) {
@@ -156,16 +151,13 @@ Eigen::VectorXd spread(Eigen::Index size) {
 }
 
 Result<void> check(const RooflineOptions& o) {
-  const auto refuse = [](const char* field, auto value, const char* rule) {
-    return std::unexpected(Error{ErrorCode::invalid_argument, field, text("is ", value, ", must be ", rule)});
-  };
   for (const int cells : o.cells)
-    if (cells < 1 || cells > 200) return refuse("cells", cells, "in [1, 200]");
-  if (o.threads.empty() || o.threads.size() > 16) return refuse("threads", o.threads.size(), "1 to 16 numbers");
+    if (cells < 1 || cells > 200) return invalid("cells", text("is ", cells, ", must be in [1, 200]"));
+  if (o.threads.empty() || o.threads.size() > 16) return invalid("threads", text("is ", o.threads.size(), ", must be 1 to 16 numbers"));
   for (const int threads : o.threads)
-    if (threads < 1 || threads > 256) return refuse("threads", threads, "in [1, 256]");
-  if (!(o.stream_mb >= 1 && o.stream_mb <= 4096)) return refuse("stream_mb", o.stream_mb, "in [1, 4096]");
-  if (o.repeats < 1 || o.repeats > 10'000) return refuse("repeats", o.repeats, "in [1, 10000]");
+    if (threads < 1 || threads > 256) return invalid("threads", text("is ", threads, ", must be in [1, 256]"));
+  if (!(o.stream_mb >= 1 && o.stream_mb <= 4096)) return invalid("stream_mb", text("is ", o.stream_mb, ", must be in [1, 4096]"));
+  if (o.repeats < 1 || o.repeats > 10'000) return invalid("repeats", text("is ", o.repeats, ", must be in [1, 10000]"));
   return {};
 }
 

@@ -2,6 +2,7 @@
 
 #include "common/text.h"
 #include "server/authoring/shapes/box_lattice.h"
+#include "server/lab/median.h"
 #include "server/sim/linear_solver/multigrid_hierarchy.h"
 #include "server/sim/mesh/node_stars.h"
 
@@ -16,12 +17,6 @@ using Matrix = sim::linear_solver::BlockSparseMatrix<double>;
 using sim::linear_solver::MultigridHierarchy;
 
 double processor_us() { return 1e6 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Only its pattern matters.
 Matrix matrix_of(const sim::TetMesh& mesh) {
@@ -64,12 +59,9 @@ bool same_levels(const MultigridHierarchy& a, const MultigridHierarchy& b) {
 }  // namespace
 
 Result<Json> time_splits(const SplitTimesOptions& options) {
-  const auto refuse = [](const char* field, auto value, const char* rule) {
-    return std::unexpected(Error{ErrorCode::invalid_argument, field, text("is ", value, ", must be ", rule)});
-  };
   for (const int c : options.cells)
-    if (c < 2 || c > 100) return refuse("cells", c, "in [2, 100]");
-  if (options.splits < 1 || options.splits > 10'000) return refuse("splits", options.splits, "in [1, 10000]");
+    if (c < 2 || c > 100) return invalid("cells", text("is ", c, ", must be in [2, 100]"));
+  if (options.splits < 1 || options.splits > 10'000) return invalid("splits", text("is ", options.splits, ", must be in [1, 10000]"));
   const Vec3 size(options.cells[0], options.cells[1], options.cells[2]);
   auto made = authoring::centred_box_mesh(size, options.cells, authoring::Lattice::kuhn);
   if (!made) return std::unexpected(made.error());

@@ -5,6 +5,7 @@
 #include "server/lab/chart/figure.h"
 #include "server/lab/chart/page.h"
 #include "server/lab/chart/pinning.h"
+#include "server/lab/command_output.h"
 
 #include <CLI/CLI.hpp>
 
@@ -27,11 +28,6 @@ struct ChartCommand {
 
   int run() const;
 };
-
-int fail(const Error& error) {
-  std::cerr << "crumple-lab: " << error.text() << "\n";
-  return error.code == ErrorCode::invalid_argument ? 2 : 1;
-}
 
 void show_progress(int done, int total, const std::string& what, double left) {
   constexpr int kWidth = 24;

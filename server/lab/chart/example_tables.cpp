@@ -1,9 +1,9 @@
 #include "server/lab/chart/example_tables.h"
 
 #include "common/text.h"
-#include "server/lab/chart/motion.h"
 #include "server/lab/chart/pinning.h"
 #include "server/lab/chart/statistics.h"
+#include "server/lab/clock.h"
 #include "server/lab/destruction_scenes.h"
 #include "server/sim/world.h"
 
@@ -35,8 +35,6 @@ constexpr int kWidth = 860, kHeight = 360, kFooter = 34;
 const char* const kColours[] = {"#9a9a9a", "#5b5b5b", "#d1495b", "#e08e1b", "#3a8f4d", "#8a5fbf", "#0b6e99"};  // rigid, then the parts
 constexpr const char* kBegin = "<!-- crumple-lab tables -->\n";
 constexpr const char* kEnd = "<!-- end of crumple-lab tables -->\n";
-
-double now_ms() { return 1000 * now_seconds(); }
 
 struct Run {
   std::vector<double> whole, rigid, deformation;

@@ -4,6 +4,7 @@
 #include "server/io/write_file.h"
 #include "server/lab/chart/example_tables.h"
 #include "server/lab/chart/pinning.h"
+#include "server/lab/command_output.h"
 #include "server/lab/destruction_scenes.h"
 
 #include <CLI/CLI.hpp>
@@ -32,10 +33,9 @@ struct TablesCommand {
     const bool draws = std::ranges::find(scenes, figure) != scenes.end();
     if (draws)
       if (auto found = find_gnuplot(); !found) return std::unexpected(found.error());
-    const std::filesystem::path folder(out);
-    std::error_code failed;
-    std::filesystem::create_directories(folder, failed);
-    if (failed) return invalid("--out", "is " + out + ", which cannot be made: " + failed.message());
+    const auto made = make_out_folder(out);
+    if (!made) return std::unexpected(made.error());
+    const std::filesystem::path& folder = *made;
 
     const std::string made_on = text(machine_name(), "; ", compiler_name(), "; commit ", commit(), "; ", options.threads,
                                      options.threads == 1 ? " thread" : " threads", ", medians of ", options.repeats, " runs");
@@ -78,15 +78,7 @@ void add_example_tables_command(CLI::App& app, int& exit_code) {
   t->add_option("--threads", command->options.threads)->check(CLI::Range(1, 256))->capture_default_str();
   t->add_option("--repeats", command->options.repeats, "runs of each; a step's time is their median")->check(CLI::Range(1, 100))->capture_default_str();
   t->add_option("--steps", command->options.steps, "of each run; default: as long as things happen")->check(CLI::Range(1, 1'000'000));
-  t->callback([command, &exit_code] {
-    const auto result = command->run();
-    if (!result) {
-      std::cerr << "crumple-lab: " << result.error().text() << "\n";
-      exit_code = result.error().code == ErrorCode::invalid_argument ? 2 : 1;
-      return;
-    }
-    std::cout << result->dump() << "\n";
-  });
+  t->callback([command, &exit_code] { exit_code = print_outcome(command->run()); });
 }
 
 }  // namespace crumple::lab::chart

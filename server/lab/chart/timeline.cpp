@@ -1,9 +1,9 @@
 #include "server/lab/chart/timeline.h"
 
 #include "common/text.h"
-#include "server/lab/chart/motion.h"
 #include "server/lab/chart/pinning.h"
 #include "server/lab/chart/statistics.h"
+#include "server/lab/clock.h"
 
 #include <algorithm>
 #include <iomanip>
@@ -11,8 +11,6 @@
 
 namespace crumple::lab::chart {
 namespace {
-
-double now_ms() { return 1000 * now_seconds(); }
 
 struct Run {
   std::vector<double> ms;

@@ -5,6 +5,7 @@
 #include "server/io/write_file.h"
 #include "server/lab/chart/pinning.h"
 #include "server/lab/chart/timeline.h"
+#include "server/lab/command_output.h"
 
 #include <CLI/CLI.hpp>
 
@@ -24,10 +25,9 @@ struct TimelineCommand {
     if (auto found = find_gnuplot(); !found) return std::unexpected(found.error());
     const auto loaded = io::load_scene(scene);
     if (!loaded) return std::unexpected(loaded.error());
-    const std::filesystem::path folder(out);
-    std::error_code failed;
-    std::filesystem::create_directories(folder, failed);
-    if (failed) return invalid("--out", "is " + out + ", which cannot be made: " + failed.message());
+    const auto made = make_out_folder(out);
+    if (!made) return std::unexpected(made.error());
+    const std::filesystem::path& folder = *made;
     const auto timeline = run_timeline(loaded->scene, options, [&](int done, int all) {
       if (isatty(STDERR_FILENO)) std::cerr << "\r" << scene << ": run " << done << " of " << all << (done == all ? "\n" : "") << std::flush;
     });
@@ -58,15 +58,7 @@ void add_timeline_command(CLI::App& app, int& exit_code) {
   t->add_option("--steps", command->options.steps)->check(CLI::Range(1, 1'000'000))->capture_default_str();
   t->add_option("--threads", command->options.threads, "numbers of threads, such as 1,2")->delimiter(',')->check(CLI::Range(1, 256))->capture_default_str();
   t->add_option("--repeats", command->options.repeats, "runs of each; a step's time is their median")->check(CLI::Range(1, 100))->capture_default_str();
-  t->callback([command, &exit_code] {
-    const auto result = command->run();
-    if (!result) {
-      std::cerr << "crumple-lab: " << result.error().text() << "\n";
-      exit_code = result.error().code == ErrorCode::invalid_argument ? 2 : 1;
-      return;
-    }
-    std::cout << result->dump() << "\n";
-  });
+  t->callback([command, &exit_code] { exit_code = print_outcome(command->run()); });
 }
 
 }  // namespace crumple::lab::chart
