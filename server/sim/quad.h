@@ -24,6 +24,15 @@ inline Quad square_root(Quad v) {
 #endif
 }
 
+// a b + c, rounded once where the machine can: the build contracts nothing by itself.
+inline Quad multiply_add(Quad a, Quad b, Quad c) {
+#ifdef __FMA__
+  return _mm256_fmadd_pd(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
+
 // p[0] to p[3].
 inline Quad load_four(const double* p) {
   Quad v;

@@ -46,17 +46,17 @@ Result<void> World::Impl::make_bodies() {
   make_joints();
   start_islands();
   topology.bodies.resize(places.size());
-  for (BodyId id = 0; id < places.size(); ++id) rebuild_topology(id);
-  return {};
-}
-
-void World::Impl::rebuild_topology(BodyId id) {
-  const BodyDescription& body = scene.bodies[id];
-  switch (places[id].model) {
-    case BodyModel::fem: topology.bodies[id] = soft[places[id].index].topology(); break;
-    case BodyModel::example_based: topology.bodies[id] = examples[places[id].index].topology(body); break;
-    default: topology.bodies[id] = solids[places[id].index].topology(body, plane_reach(scene));
+  const double reach = plane_reach(scene);
+  for (BodyId id = 0; id < places.size(); ++id) {
+    const BodyDescription& body = scene.bodies[id];
+    const auto [model, index] = places[id];
+    switch (model) {
+      case BodyModel::fem: topology.bodies[id] = soft[index].topology(); break;
+      case BodyModel::example_based: topology.bodies[id] = examples[index].topology(body); break;
+      default: topology.bodies[id] = solids[index].topology(body, reach);
+    }
   }
+  return {};
 }
 
 }  // namespace crumple::sim

@@ -206,7 +206,6 @@ struct World::Impl {
 
   void apply(const Command& command);
   void push_body(BodyId body, const Vec3& impulse, const Vec3& point, double radius);
-  void rebuild_topology(BodyId body);
   Event& add_event(EventKind kind, BodyId body);
 
   // Runs one stage and notes its time if somebody keeps a clock.

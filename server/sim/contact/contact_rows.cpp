@@ -3,7 +3,6 @@
 #include "server/sim/cross_matrix.h"
 #include "server/sim/quad.h"
 
-#include <algorithm>
 #include <cassert>
 #include <numeric>
 
@@ -20,8 +19,6 @@ ContactRows::ContactRows(std::span<ContactRow> rows, std::span<const int> first_
     push_side(k, 0, first_block);
     push_side(k, 1, first_block);
     row_start_.push_back(static_cast<int>(entries_.size()));
-  }
-  for (int k = 0; k < size(); ++k) {
     for (int e = row_start_[k]; e < row_start_[k + 1]; ++e) of_row_.push(entries_[e], entries_[e].block);
     of_row_.close();
   }

@@ -1,7 +1,7 @@
 #include "server/sim/contact/feature_crossing.h"
 
-#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace crumple::sim::contact {
 namespace {
@@ -72,7 +72,7 @@ CoplanarTimes coplanar_times(const Mat34& p, const Mat34& d, double from) {
     const double at_low = f(low), at_high = f(high);
     // A root on the border of two intervals belongs to the first of them.
     const bool crosses = at_low * at_high < 0 || (at_high == 0 && at_low != 0) || (k == 0 && at_low == 0 && at_high != 0);
-    if (crosses && result.count < 3) result.t[result.count++] = at_low == 0 ? low : at_high == 0 ? high : root_between(f, low, high);
+    if (crosses) result.t[result.count++] = at_low == 0 ? low : at_high == 0 ? high : root_between(f, low, high);
     low = high;
   }
   return result;

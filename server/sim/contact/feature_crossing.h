@@ -5,7 +5,7 @@
 #include <array>
 
 // When a node crosses a triangle, or an edge an edge, while all of their points move straight on from p to p + d in a step
-// [the cubic of Moore & Wilhelms 1988, which Parker & O'Brien 2009, section 6, approximate by sub-steps].
+// (roots of a cubic in time; Parker & O'Brien 2009, section 6, take sub-steps instead).
 namespace crumple::sim::contact {
 
 // Times in [from, 1], ascending, at which the four points p_k + t d_k lie in a plane. Points that stay in one have none.

@@ -45,31 +45,25 @@ Quat rotation_of(const RestBody& rest, const StepSystem& system, int t) {
 
 bool WarpedFactor::update(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system, const ThreadPool& pool) {
   assert(static_cast<int>(X.size()) == system.node_count());
+  if (tets_ != system.tets) {
+    tets_ = system.tets;
+    stars_ = NodeStars(tets_, system.node_count());
+    kept_.clear();
+  }
   const auto known = std::ranges::find_if(kept_, [&](const Kept& k) {
-    return k.scale == system.scale && k.prescribed == system.prescribed && k.tets == system.tets;
+    return k.scale == system.scale && k.prescribed == system.prescribed;
   });
-  const bool same_tets = !kept_.empty() && kept_.back().tets == system.tets;
   if (known != kept_.end()) {
     std::rotate(known, known + 1, kept_.end());
   } else {
     if (kept_.size() == kMostKept) kept_.erase(kept_.begin());
-    Kept& made = kept_.emplace_back(Kept{system.scale, system.prescribed, system.tets, false, {}});
+    Kept& made = kept_.emplace_back(Kept{system.scale, system.prescribed, false, {}});
     linear_solver::Cholesky cholesky;
     made.usable = cholesky.factor(matrix_at_rest(rest, X, system, pool));
     if (made.usable) made.solve = linear_solver::SupernodalSolve(cholesky);
     ++factored_;
   }
   if (!kept_.back().usable) return false;
-  if (!same_tets) {
-    star_start_.assign(system.node_count() + 1, 0);
-    for (const Tet& tet : system.tets)
-      for (const int node : tet) ++star_start_[node + 1];
-    for (int i = 0; i < system.node_count(); ++i) star_start_[i + 1] += star_start_[i];
-    star_.resize(4 * system.tets.size());
-    std::vector<int> next(star_start_.begin(), star_start_.end() - 1);
-    for (int t = 0; t < static_cast<int>(system.tets.size()); ++t)
-      for (const int node : system.tets[t]) star_[next[node]++] = t;
-  }
   find_rotations(rest, system, pool);
   return true;
 }
@@ -86,8 +80,8 @@ void WarpedFactor::find_rotations(const RestBody& rest, const StepSystem& system
   const auto nodes = [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-      for (int k = star_start_[i]; k < star_start_[i + 1]; ++k) {
-        const Eigen::Vector4d q = rest.volume[star_[k]] * q_[star_[k]].coeffs();
+      for (const int t : stars_[i]) {
+        const Eigen::Vector4d q = rest.volume[t] * q_[t].coeffs();
         sum += q.dot(sum) < 0 ? Eigen::Vector4d(-q) : q;
       }
       const double size = sum.norm();

@@ -2,8 +2,8 @@
 
 #include "server/sim/fem/assembly.h"
 #include "server/sim/linear_solver/supernodal_solve.h"
+#include "server/sim/mesh/node_stars.h"
 
-#include <span>
 #include <vector>
 
 namespace crumple::sim::fem {
@@ -25,22 +25,21 @@ class WarpedFactor {
   void apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::VectorXd> z);
 
   const std::vector<Mat3>& rotations() const { return R_; }  // one a node
-  std::size_t entry_count() const { return kept_.empty() ? 0 : kept_.back().solve.entry_count(); }  // of L
   int factored() const { return factored_; }  // how often a factor was made
 
  private:
   struct Kept {
     StepSystem::Scale scale;
     std::vector<char> prescribed;
-    std::vector<Tet> tets;
     bool usable = false;
     linear_solver::SupernodalSolve solve;
   };
   void find_rotations(const RestBody& rest, const StepSystem& system, const ThreadPool& pool);
 
+  std::vector<Tet> tets_;   // of all that is kept
+  NodeStars stars_;         // of them
   std::vector<Kept> kept_;  // the one in use last
   std::vector<Quat> q_;     // one a tet
-  std::vector<int> star_start_, star_;  // tets of each node, of kept_.back().tets
   std::vector<Mat3> R_;
   Eigen::VectorXd turned_;
   int factored_ = 0;

@@ -99,8 +99,9 @@ struct IslandSolution {
 IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies, const IslandOptions& options,
                      const contact::FrictionMemory& memory, const ThreadPool& pool);
 
-// All islands, several at a time [Parker & O'Brien 2009, figure 2]: a free thread takes the largest that is left; those of at least 60
-// blocks and a quarter of all are solved by all threads that find none left, others by one. options: one per island. The caller remembers the friction of those rows that it keeps.
+// All islands, several at a time [Parker & O'Brien 2009, figure 2]: a free thread takes the largest that is left; those of
+// at least 60 blocks and more than a quarter of all are solved by all threads that find none left, others by one.
+// options: one per island. The caller remembers the friction of those rows that it keeps.
 std::vector<IslandSolution> solve_all(std::span<CompositeIsland> islands, std::span<const IslandBody> bodies,
                                       std::span<const IslandOptions> options, const contact::FrictionMemory& memory,
                                       const ThreadPool& pool);

@@ -109,21 +109,18 @@ void IslandSystem::append_to(std::vector<Eigen::Triplet<double>>& entries) const
   }
 }
 
-// Where nothing touches a small stiff body that is whole and stays so, its factor: making one pays over hundreds of steps. Where a large piece is stiff, multigrid: block-Jacobi needs many
-// iterations there. Where pieces are small, what those iterations go into is the motion of pieces as a whole. Soft and light ones are
-// block-Jacobi's.
+// Where nothing touches a small stiff body that is whole and stays so, its factor: making one pays over hundreds of steps.
+// Where a large piece is stiff, multigrid: block-Jacobi needs many iterations there. Where pieces are small, what those
+// iterations go into is the motion of pieces as a whole. Soft and light ones are block-Jacobi's.
 SolverKind IslandSystem::choose(SolverKind wanted) const {
   if (wanted == SolverKind::jacobi || wanted == SolverKind::direct) return wanted;
-  const auto all_have = [&](const auto& has) { return std::ranges::all_of(island_.soft, [&](int body) { return has(bodies_[body]); }); };
-  const bool has_levels = all_have([](const IslandBody& body) { return body.hierarchy != nullptr; });
-  const bool has_places = all_have([](const IslandBody& body) { return body.x != nullptr; });
-  const bool has_factors = !island_.soft.empty() && all_have([](const IslandBody& body) { return body.factor != nullptr; });
-  if (wanted == SolverKind::multigrid) return has_levels ? wanted : SolverKind::jacobi;
-  if (wanted == SolverKind::rigid_modes) return has_places ? wanted : SolverKind::jacobi;
+  const bool has_factors = !island_.soft.empty() && all_have(&IslandBody::factor);
+  if (wanted == SolverKind::multigrid) return all_have(&IslandBody::hierarchy) ? wanted : SolverKind::jacobi;
+  if (wanted == SolverKind::rigid_modes) return all_have(&IslandBody::x) ? wanted : SolverKind::jacobi;
   if (wanted == SolverKind::warped_factor && has_factors) return wanted;
   const bool alone = island_.rows.empty() && island_.rigid.empty();
-  const bool lasts = has_factors && all_have([](const IslandBody& body) { return !body.rest->breakable(); });
-  if (wanted == SolverKind::automatic && lasts && alone && blocks_ <= kFactorNodes && stiffness() >= kModesStiffness)
+  const bool lasts = has_factors && std::ranges::none_of(island_.soft, [&](int body) { return bodies_[body].rest->breakable(); });
+  if (lasts && alone && blocks_ <= kFactorNodes && stiffness() >= kModesStiffness)
     return SolverKind::warped_factor;
   return choose_without_factors();
 }
@@ -141,8 +138,6 @@ double IslandSystem::stiffness() const {
 }
 
 SolverKind IslandSystem::choose_without_factors() const {
-  const bool has_levels = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].hierarchy != nullptr; });
-  const bool has_places = std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].x != nullptr; });
   if (island_.soft.empty()) return SolverKind::jacobi;
   int largest = 0;
   double pieces = static_cast<double>(island_.rigid.size());
@@ -153,9 +148,9 @@ SolverKind IslandSystem::choose_without_factors() const {
     for (int i = 0; i < s.node_count(); ++i) largest = std::max(largest, ++size[s.piece[i]]);
   }
   const double stiff = stiffness();
-  if (has_levels && largest >= kMultigridPiece && blocks_ >= kMultigridBlocks * pieces && stiff >= kMultigridStiffness)
+  if (all_have(&IslandBody::hierarchy) && largest >= kMultigridPiece && blocks_ >= kMultigridBlocks * pieces && stiff >= kMultigridStiffness)
     return SolverKind::multigrid;
-  return has_places && stiff >= kModesStiffness ? SolverKind::rigid_modes : SolverKind::jacobi;
+  return all_have(&IslandBody::x) && stiff >= kModesStiffness ? SolverKind::rigid_modes : SolverKind::jacobi;
 }
 
 std::vector<MultigridPart> IslandSystem::update_coarse_levels(const ThreadPool& pool) const {

@@ -4,6 +4,7 @@
 #include "server/sim/islands/composite_multigrid.h"
 #include "server/sim/islands/rigid_modes.h"
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -41,7 +42,6 @@ class IslandSystem {
   };
   std::vector<FactorPart> update_factors(const ThreadPool& pool) const;
 
-  double stiffness() const;       // of soft bodies: the diagonal of A over the mass in it [-]
   double spectral_bound() const;  // no eigenvalue of A is above so many times its block diagonal's
   double mass() const;          // of all of it, as the rows of A have it [kg]
   bool anything_fixed() const;  // a prescribed node, or an active row to something that does not move
@@ -50,6 +50,12 @@ class IslandSystem {
   void remove_net_momentum_error(Eigen::VectorXd& x, const Eigen::VectorXd& b) const;
 
  private:
+  // Whether every soft body has it.
+  bool all_have(auto IslandBody::* what) const {
+    return std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].*what != nullptr; });
+  }
+  double stiffness() const;  // of soft bodies: the diagonal of A over the mass in it [-]
+
   const CompositeIsland& island_;
   std::span<const IslandBody> bodies_;
   std::vector<int> first_block_;

@@ -6,23 +6,10 @@
 #include <algorithm>
 #include <cstring>
 
-#ifdef __AVX2__
-#include <immintrin.h>
-#endif
-
 namespace crumple::sim::linear_solver {
 namespace {
 
 int padded(int rows) { return (rows + 3) & ~3; }
-
-// a b + c, rounded once where the machine can.
-Quad multiply_add(Quad a, Quad b, Quad c) {
-#ifdef __FMA__
-  return _mm256_fmadd_pd(a, b, c);
-#else
-  return a * b + c;
-#endif
-}
 
 double sum(Quad v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
@@ -49,7 +36,7 @@ void subtract_dots(const float* L, int rows, const double* y, double* x) {
   for (int c = 0; c < Columns; ++c) x[c] -= sum(dot[c]);
 }
 
-// visit<Columns>(first): four columns at a time, then one.
+// four(c) for columns c to c + 3, then one(c) for each that is left.
 template <class Four, class One>
 void by_columns(int width, const Four& four, const One& one) {
   int c = 0;

@@ -17,7 +17,6 @@ class SupernodalSolve {
   explicit SupernodalSolve(const Cholesky& cholesky);
 
   int size() const { return static_cast<int>(order_.size()); }
-  std::size_t entry_count() const { return own_.size() + below_.size(); }  // of the factor, as stored
 
   // b, x: n. Not from two threads at once. One thread: the bits are those of the input.
   void solve(const double* b, double* x);

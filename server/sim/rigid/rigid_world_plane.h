@@ -7,8 +7,8 @@ namespace crumple::sim::bullet {
 
 // Puts algorithms for box, hull, sphere, cylinder and moving triangle meshes against a plane into a dispatcher.
 // Bullet's own finds one vertex of a hull a step and rocks the body to find others, and forgets a mesh's contacts every
-// step; this one takes every vertex that is near the plane, so a flat face rests on all of its corners from the first
-// step on. The factory must outlive the dispatcher's use.
+// step; this one looks at every vertex that is near the plane: up to four are contacts, so a box rests on its corners from
+// the first step on; of more, four are chosen and kept. The factory must outlive the dispatcher's use.
 class PlaneContactFactory {
  public:
   void register_with(btCollisionDispatcher& dispatcher);

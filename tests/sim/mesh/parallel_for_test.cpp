@@ -26,7 +26,7 @@ TEST(ThreadPool, EveryRangeIsDoneOnceAlsoInsideOfOthers) {
   }
 }
 
-TEST(ThreadPool, RangesStartInOrder) {
+TEST(ThreadPool, OneThreadTakesRangesInOrder) {
   const ThreadPool pool(1);
   std::vector<int> order;
   pool.for_chunks(10, 1, [&](int begin, int) { order.push_back(begin); });

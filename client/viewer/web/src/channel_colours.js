@@ -22,7 +22,7 @@ export function blend(body, values, out) {
   }
 }
 
-// What the colours stand for: [{names: [...]}], each list of channels once.
+// What the colours stand for: for each list of channels, once, [{name, colour}, ...].
 export function legendOf(bodies) {
   const lists = new Map(bodies.filter((body) => body.channels.length).map((body) => [body.channels.join('\n'), body.channels]));
   return [...lists.values()].map((names) => names.map((name, c) =>

@@ -3,7 +3,7 @@
 import { decode } from './frame_codec.js';
 
 export class Connection {
-  // handlers: {opened(), topology(t), frame(f), status(s), event(e), closed()}
+  // handlers: {opened(), topology(t), frame(f), status(s), event(e), error(e), closed()}
   constructor(handlers) {
     this.handlers = handlers;
     this.open();

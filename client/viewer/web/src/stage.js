@@ -58,7 +58,7 @@ export class Stage {
     this.camera.updateProjectionMatrix();
   }
 
-  // topology: {epoch, base, part, parts, bodies: [{id, name, model, deformable, vertices, triangles, colour, opacity}]}
+  // topology: {epoch, base, part, parts, bodies: [{id, name, model, deformable, vertices, triangles, colour, opacity, channels}]}
   // Without base the bodies are all there are, else those that changed since that epoch. Only after its last part is the epoch
   // that of the topology: until then, and after a topology that builds on one that is not here, no frame is drawn.
   setTopology(topology) {
