@@ -13,6 +13,17 @@
 namespace crumple::sim {
 
 using Quad = double __attribute__((vector_size(32)));
+using Mask = decltype(Quad{} < Quad{});  // of each lane all ones or none
+
+inline bool any(Mask mask) {
+#ifdef __AVX2__
+  return _mm256_movemask_pd(reinterpret_cast<__m256d>(mask)) != 0;
+#else
+  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+#endif
+}
+inline bool all(Mask mask) { return !any(~mask); }
+inline bool all(bool one) { return one; }
 
 inline Quad quad(double s) { return Quad{s, s, s, s}; }
 
@@ -24,7 +35,16 @@ inline Quad square_root(Quad v) {
 #endif
 }
 
+inline double square_root(double s) { return std::sqrt(s); }
+
 // a b + c, rounded once where the machine can: the build contracts nothing by itself.
+inline double multiply_add(double a, double b, double c) {
+#ifdef __FMA__
+  return __builtin_fma(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
 inline Quad multiply_add(Quad a, Quad b, Quad c) {
 #ifdef __FMA__
   return _mm256_fmadd_pd(a, b, c);
@@ -55,6 +75,65 @@ inline Quad load_three(const double* p) {
 #else
   return Quad{p[0], p[1], p[2], 0};
 #endif
+}
+
+inline void store_three(Quad v, double* p) {
+#ifdef __AVX2__
+  _mm256_maskstore_pd(p, _mm256_set_epi64x(0, -1, -1, -1), v);
+#else
+  for (int i = 0; i < 3; ++i) p[i] = v[i];
+#endif
+}
+
+inline void store_three(Quad v, float* p) {
+#ifdef __AVX2__
+  _mm_maskstore_ps(p, _mm_set_epi32(0, -1, -1, -1), _mm256_cvtpd_ps(v));
+#else
+  for (int i = 0; i < 3; ++i) p[i] = static_cast<float>(v[i]);
+#endif
+}
+
+// In every lane.
+inline Quad sum_of_lanes(Quad v) {
+  v += __builtin_shuffle(v, Mask{1, 0, 3, 2});
+  return v + __builtin_shuffle(v, Mask{2, 3, 0, 1});
+}
+
+// Rows to columns.
+inline void transpose(Quad& a, Quad& b, Quad& c, Quad& d) {
+  const Quad ab0 = __builtin_shuffle(a, b, Mask{0, 4, 2, 6}), ab1 = __builtin_shuffle(a, b, Mask{1, 5, 3, 7});
+  const Quad cd0 = __builtin_shuffle(c, d, Mask{0, 4, 2, 6}), cd1 = __builtin_shuffle(c, d, Mask{1, 5, 3, 7});
+  a = __builtin_shuffle(ab0, cd0, Mask{0, 1, 4, 5});
+  b = __builtin_shuffle(ab1, cd1, Mask{0, 1, 4, 5});
+  c = __builtin_shuffle(ab0, cd0, Mask{2, 3, 6, 7});
+  d = __builtin_shuffle(ab1, cd1, Mask{2, 3, 6, 7});
+}
+
+// to[k] = {p[0][k], p[1][k], p[2][k], p[3][k]}, k < N, and back.
+template <int N>
+void load_lanes_of(const double* const (&p)[4], Quad* to) {
+  for (int k = 0; k + 4 <= N; k += 4) {
+    for (int lane = 0; lane < 4; ++lane) to[k + lane] = load_four(p[lane] + k);
+    transpose(to[k], to[k + 1], to[k + 2], to[k + 3]);
+  }
+  for (int k = N - N % 4; k < N; ++k) to[k] = Quad{p[0][k], p[1][k], p[2][k], p[3][k]};
+}
+template <int N>
+void store_lanes_to(const Quad* from, double* const (&p)[4]) {
+  for (int k = 0; k + 4 <= N; k += 4) {
+    Quad four[4] = {from[k], from[k + 1], from[k + 2], from[k + 3]};
+    transpose(four[0], four[1], four[2], four[3]);
+    for (int lane = 0; lane < 4; ++lane) std::memcpy(p[lane] + k, &four[lane], sizeof four[lane]);
+  }
+  for (int k = N - N % 4; k < N; ++k)
+    for (int lane = 0; lane < 4; ++lane) p[lane][k] = from[k][lane];
+}
+
+// x, y and z of four vectors.
+inline void load_vectors(const double* a, const double* b, const double* c, const double* d, Quad (&to)[3]) {
+  Quad row[4] = {load_three(a), load_three(b), load_three(c), load_three(d)};
+  transpose(row[0], row[1], row[2], row[3]);
+  for (int i = 0; i < 3; ++i) to[i] = row[i];
 }
 
 // The first three numbers of each column.

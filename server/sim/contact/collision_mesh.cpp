@@ -58,7 +58,7 @@ CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vecto
   mesh.components.reserve(components);
   for (const int t : order) {
     const int position = static_cast<int>(mesh.tets.size());
-    if (component[t] == static_cast<int>(mesh.components.size())) mesh.components.push_back({position, position, position, 0, 0, 0});
+    if (component[t] == static_cast<int>(mesh.components.size())) mesh.components.push_back({position, position, position, 0, 0, 0, 0, 0});
     CollisionComponent& part = mesh.components.back();
     mesh.tets.push_back({t, tets[t], exterior[t]});
     part.end = position + 1;
@@ -67,6 +67,18 @@ CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vecto
     if (!tet_mass.empty()) part.mass += tet_mass[t];
     for (int k = 0; k < 4; ++k)
       if (exterior[t] >> k & 1) part.thickness += face_area(tets[t], k, X);  // the area, so far
+  }
+  std::vector<int> listed_for(X.size(), -1);
+  for (int c = 0; c < components; ++c) {
+    CollisionComponent& part = mesh.components[c];
+    part.first_node = static_cast<int>(mesh.nodes.size());
+    for (int k = part.begin; k < part.end; ++k)
+      for (const int node : mesh.tets[k].nodes) {
+        if (listed_for[node] == c) continue;
+        listed_for[node] = c;
+        mesh.nodes.push_back(node);
+      }
+    part.end_node = static_cast<int>(mesh.nodes.size());
   }
   for (CollisionComponent& part : mesh.components) part.thickness = part.thickness > 0 ? 2 * part.volume / part.thickness : 0;
   return mesh;

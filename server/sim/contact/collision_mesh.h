@@ -20,12 +20,14 @@ struct CollisionComponent {
   double volume;                 // at rest [m^3]
   double mass;                   // [kg]
   double thickness;              // at rest, 2 V / A of its surface's area A: a plate's own, a third of a cube's edge [m]
+  int first_node, end_node;      // its nodes in CollisionMesh::nodes
 };
 
 // What contact needs of a tet mesh besides positions: made when a body loads and again when it breaks.
 struct CollisionMesh {
   std::vector<CollisionTet> tets;  // by component, ascending id within both parts of it
   std::vector<CollisionComponent> components;  // by their lowest tet
+  std::vector<int> nodes;      // by component, none twice in one
 };
 
 // tet_mass: mass of each tet [kg]; empty for rigid proxies, whose mass is their body's.

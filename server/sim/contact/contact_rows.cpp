@@ -74,7 +74,7 @@ void ContactRows::Lists::close() {
 Vec3 ContactRows::gather(int k, const Eigen::VectorXd& x) const {
   Quad sum{};
   for (int e = of_row_.weighted_start[k]; e < of_row_.weighted_start[k + 1]; ++e)
-    sum += of_row_.weighted[e].weight * load_three(x.data() + 3 * of_row_.weighted[e].other);
+    sum = multiply_add(load_three(x.data() + 3 * of_row_.weighted[e].other), quad(of_row_.weighted[e].weight), sum);
   Vec3 u(sum[0], sum[1], sum[2]);
   for (int e = of_row_.turned_start[k]; e < of_row_.turned_start[k + 1]; ++e)
     u += x.segment<3>(3 * of_row_.turned[e].other).cross(of_row_.turned[e].arm);
@@ -97,7 +97,7 @@ void ContactRows::apply_add(const Eigen::VectorXd& x, Eigen::VectorXd& y, const 
     for (int b = begin; b < end; ++b) {
       Quad sum{};
       for (int e = of_block_.weighted_start[b]; e < of_block_.weighted_start[b + 1]; ++e)
-        sum += of_block_.weighted[e].weight * load_four(f_[of_block_.weighted[e].other].data());
+        sum = multiply_add(load_four(f_[of_block_.weighted[e].other].data()), quad(of_block_.weighted[e].weight), sum);
       Vec3 force(sum[0], sum[1], sum[2]);
       for (int e = of_block_.turned_start[b]; e < of_block_.turned_start[b + 1]; ++e)
         force += of_block_.turned[e].arm.cross(f_[of_block_.turned[e].other].head<3>());

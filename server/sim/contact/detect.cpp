@@ -26,18 +26,40 @@ bool share_a_node(const Tet& a, const Tet& b) {
 struct Near {
   std::vector<int> tets;  // in CollisionMesh::tets
   std::vector<Box3> boxes;
-  std::vector<OrientedTet> shapes;
 
-  Near(const Detector& d, const Unit& unit, const Box3& zone, double s) {
+  Near(const Detector& d, const Unit& unit, const Box3& zone, double s) : detector_(d), unit_(unit), s_(s) {
     const int begin = unit.component->begin;
+    const auto count = std::ranges::count_if(unit.tet_boxes, [&](const Box3& box) { return box.intersects(zone); });
+    tets.reserve(count);
+    boxes.reserve(count);
     for (int k = 0; k < static_cast<int>(unit.tet_boxes.size()); ++k) {
       if (!unit.tet_boxes[k].intersects(zone)) continue;
-      const Mat34 x = d.nodes_at(unit, d.tet(unit, begin + k), s);
       tets.push_back(begin + k);
-      boxes.emplace_back(x.rowwise().minCoeff(), x.rowwise().maxCoeff());
-      shapes.push_back(orient(x));
+      boxes.push_back(unit.fast ? box_of(begin + k) : unit.tet_boxes[k]);
     }
+    shapes_.resize(count);
+    oriented_.assign(count, 0);
   }
+
+  // Of those that are asked for alone: most reach into no box of the other unit.
+  const OrientedTet& shape(int i) {
+    if (!oriented_[i]) shapes_[i] = orient(nodes(tets[i]));
+    oriented_[i] = 1;
+    return shapes_[i];
+  }
+
+ private:
+  Mat34 nodes(int tet) const { return detector_.nodes_at(unit_, detector_.tet(unit_, tet), s_); }
+  Box3 box_of(int tet) const {
+    const Mat34 x = nodes(tet);
+    return {x.rowwise().minCoeff(), x.rowwise().maxCoeff()};
+  }
+
+  const Detector& detector_;
+  const Unit& unit_;
+  double s_;
+  std::vector<OrientedTet> shapes_;
+  std::vector<char> oriented_;
 };
 
 void number_pairs(std::span<ContactRow> rows) {
@@ -59,6 +81,9 @@ void append_rows(int count, const ThreadPool& pool, std::vector<ContactRow>& row
   pool.for_chunks(count, 4, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) job(k, found[k]);
   });
+  std::size_t all = rows.size();
+  for (const std::vector<ContactRow>& some : found) all += some.size();
+  rows.reserve(all);
   for (const std::vector<ContactRow>& some : found) rows.insert(rows.end(), some.begin(), some.end());
 }
 
@@ -87,25 +112,24 @@ void Detector::add_units(int body) {
   for (const CollisionComponent& component : source.mesh->components) {
     Unit unit{body, &component, Box3(), component.mass, {}};
     bool free = source.rigid && source.rigid->movable;
-    for (int k = component.begin; k < component.end; ++k)
-      for (const int node : source.mesh->tets[k].nodes) {
-        const Vec3 move = placed[body].x[node] - source.x[node];
-        unit.box.extend(placed[body].x[node]);
-        unit.moves.extend(move);
-        unit.way_box.extend(source.x[node]);
-        unit.move += move;
-        if (!source.rigid) free = free || source.fixed.empty() || !source.fixed[node];
-      }
+    const std::span<const int> nodes = std::span(source.mesh->nodes).subspan(component.first_node, component.end_node - component.first_node);
+    for (const int node : nodes) {
+      const Vec3 &now = source.x[node], &then = placed[body].x[node];
+      const Vec3 move = then - now;
+      unit.box.extend(then);
+      unit.moves.extend(move);
+      unit.way_box.extend(now);
+      unit.move += move;
+      if (!source.rigid) free = free || source.fixed.empty() || !source.fixed[node];
+    }
     if (source.rigid) unit.mass = source.rigid->mass;
     if (!free) unit.mass = kInfinity;
     unit.way_box.extend(unit.box);
-    unit.move /= std::max(1, 4 * (component.end - component.begin));
+    unit.move /= std::max<double>(1, static_cast<double>(nodes.size()));
     unit.diagonal = unit.box.isEmpty() ? 0 : unit.box.diagonal().norm();
     unit.fast = !in.settings.raw_damping && unit.move.norm() > kFastPart * unit.diagonal;
-    if (unit.fast) {
-      for (int k = component.begin; k < component.end; ++k)
-        for (const int node : source.mesh->tets[k].nodes) unit.box.extend(source.x[node]);
-    }
+    if (unit.fast)
+      for (const int node : nodes) unit.box.extend(source.x[node]);
     units.push_back(std::move(unit));
   }
 }
@@ -140,7 +164,7 @@ void Detector::meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows)
 // Contact at part s of the step's way.
 void Detector::meet_at(double s, const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const {
   const Box3 zone = a.box.intersection(b.box);
-  const Near near_a(*this, a, zone, s), near_b(*this, b, zone, s);
+  Near near_a(*this, a, zone, s), near_b(*this, b, zone, s);
   std::vector<IndexPair> pairs;
   sweep_and_prune(near_a.boxes, near_b.boxes, pairs);
 
@@ -149,7 +173,7 @@ void Detector::meet_at(double s, const Unit& a, const Unit& b, std::vector<Conta
   for (const auto& [i, j] : pairs) {
     const CollisionTet &tet_a = tet(a, near_a.tets[i]), &tet_b = tet(b, near_b.tets[j]);
     if (a.body == b.body && share_a_node(tet_a.nodes, tet_b.nodes)) continue;
-    meet_tets(s, {a, tet_a, near_a.shapes[i]}, {b, tet_b, near_b.shapes[j]}, share, found);
+    meet_tets(s, {a, tet_a, near_a.shape(i)}, {b, tet_b, near_b.shape(j)}, share, found);
   }
   rows = std::move(found.surface.empty() ? found.buried : found.surface);
   share_out(share, rows);

@@ -5,6 +5,8 @@
 namespace crumple::sim::contact {
 namespace {
 
+constexpr std::size_t kFewPairs = 1500;  // trying each costs less than sorting
+
 // One end of the sweep: a box and where it starts and ends on the sweep axis.
 struct Interval {
   double begin, end;
@@ -74,6 +76,12 @@ std::vector<IndexPair> sweep_and_prune(std::span<const Box3> boxes) {
 
 void sweep_and_prune(std::span<const Box3> a, std::span<const Box3> b, std::vector<IndexPair>& pairs) {
   pairs.clear();
+  if (a.size() * b.size() <= kFewPairs) {
+    for (int i = 0; i < static_cast<int>(a.size()); ++i)
+      for (int j = 0; j < static_cast<int>(b.size()); ++j)
+        if (a[i].intersects(b[j]) && usable(a[i]) && usable(b[j])) pairs.emplace_back(i, j);
+    return;
+  }
   sweep(sorted_intervals(a, b), [&](const Interval& p, const Interval& q) {
     if (p.first_set == q.first_set) return;
     const int i = p.first_set ? p.box : q.box, j = p.first_set ? q.box : p.box;

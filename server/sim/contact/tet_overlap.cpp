@@ -52,7 +52,8 @@ void clip(Polygon& polygon, const Vec3& n, double offset, double eps, bool drop_
     if (crosses) kept.push(polygon.p[i] + (d[i] / (d[i] - d[j])) * (polygon.p[j] - polygon.p[i]));
     if (kept.count == 8) break;  // only rounding can get here: a convex polygon crosses a plane twice
   }
-  polygon = kept;
+  std::copy_n(kept.p.begin(), kept.count, polygon.p.begin());
+  polygon.count = kept.count;
 }
 
 Vec3 area_vector(const Polygon& polygon) {

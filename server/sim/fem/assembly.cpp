@@ -148,31 +148,35 @@ double edge_hourglass(const SmoothedOctahedra& o, int a, int b) {
   return a < static_cast<int>(o.gamma.size()) ? o.gamma[a] * o.gamma[b] : 0;
 }
 
-// Off-diagonal block of an edge from its elements. With G = sum c_a c_b^T eq. 2's sum is lambda G + mu tr(G) I + mu G^T.
-Mat3 edge_stiffness(const StepSystem& s, const RestBody& rest, int edge) {
-  Quad sum[3] = {Quad{}, Quad{}, Quad{}};  // columns of G
+// Off-diagonal block of an edge from its elements, times the formula's factor. With G = sum c_a c_b^T eq. 2's sum is
+// lambda G + mu tr(G) I + mu G^T: here, by columns, G times lambda, G times mu, and the octahedra's hourglass stiffness.
+struct EdgeSum {
+  Quad of_lambda[3], of_mu[3];  // fourth lanes: 0
+  double hourglass;
+};
+
+[[gnu::always_inline]] inline EdgeSum edge_sum(const StepSystem& s, const RestBody& rest, const Factors& factors, int edge) {
+  Quad G[3]{};
+  double hourglass = 0;
   const double* cores = s.elements.cores();
   const bool smoothed = rest.smoothed();
-  double hourglass = 0;
   for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
     const std::uint32_t pair = s.connectivity.edge_corners[k];
     const int first = Connectivity::first(pair), second = Connectivity::second(pair);
     const Quad a = load_three(cores + 3 * first);
     const double* b = cores + 3 * second;
-    for (int j = 0; j < 3; ++j) sum[j] += a * b[j];
+    for (int j = 0; j < 3; ++j) G[j] = multiply_add(a, quad(b[j]), G[j]);
     if (smoothed) hourglass += edge_hourglass(rest.octahedra, first, second);
   }
-  const Mat3 G = to_matrix(sum);
-  const auto& [lambda, mu] = rest.lame;
-  return lambda * G + mu * G.transpose() + (mu * G.trace() + hourglass) * Mat3::Identity();
+  const Quad lambda = quad(factors.stiffness * rest.lame.lambda), mu = quad(factors.stiffness * rest.lame.mu);
+  return {{lambda * G[0], lambda * G[1], lambda * G[2]}, {mu * G[0], mu * G[1], mu * G[2]}, factors.stiffness * hourglass};
 }
 
-// The same where elements are of several materials: G is summed with the weights of each one's own, factors and all.
-Mat3 weighted_edge_stiffness(const StepSystem& s, const RestBody& rest, int edge) {
-  Quad of_lambda[3] = {Quad{}, Quad{}, Quad{}}, of_mu[3] = {Quad{}, Quad{}, Quad{}};  // columns
+// The same where elements are of several materials: each with the weights of its own.
+EdgeSum weighted_edge_sum(const StepSystem& s, const RestBody& rest, int edge) {
+  EdgeSum sum{};
   const double* cores = s.elements.cores();
   const bool smoothed = rest.smoothed();
-  double hourglass = 0;
   for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
     const std::uint32_t pair = s.connectivity.edge_corners[k];
     const int first = Connectivity::first(pair), second = Connectivity::second(pair);
@@ -180,13 +184,20 @@ Mat3 weighted_edge_stiffness(const StepSystem& s, const RestBody& rest, int edge
     const Quad a = load_three(cores + 3 * first);
     const double* b = cores + 3 * second;
     for (int j = 0; j < 3; ++j) {
-      of_lambda[j] += a * (weight.lame.lambda * b[j]);
-      of_mu[j] += a * (weight.lame.mu * b[j]);
+      sum.of_lambda[j] = multiply_add(a, quad(weight.lame.lambda * b[j]), sum.of_lambda[j]);
+      sum.of_mu[j] = multiply_add(a, quad(weight.lame.mu * b[j]), sum.of_mu[j]);
     }
-    if (smoothed) hourglass += weight.stiffness * edge_hourglass(rest.octahedra, first, second);
+    if (smoothed) sum.hourglass += weight.stiffness * edge_hourglass(rest.octahedra, first, second);
   }
-  const Mat3 G_lambda = to_matrix(of_lambda), G_mu = to_matrix(of_mu);
-  return G_lambda + G_mu.transpose() + (G_mu.trace() + hourglass) * Mat3::Identity();
+  return sum;
+}
+
+// Adds the trace and `more` to the diagonal.
+[[gnu::always_inline]] inline void add_to_diagonal(const Quad (&of_trace)[3], double more, Quad (&to)[3]) {
+  const Quad trace = sum_of_lanes(Quad{of_trace[0][0], of_trace[1][1], of_trace[2][2], more});
+  to[0] += Quad{1, 0, 0, 0} * trace;
+  to[1] += Quad{0, 1, 0, 0} * trace;
+  to[2] += Quad{0, 0, 1, 0} * trace;
 }
 
 void set_weights(const RestBody& rest, const StepFormula& formula, StepSystem& s) {
@@ -201,29 +212,36 @@ void set_weights(const RestBody& rest, const StepFormula& formula, StepSystem& s
 template <class Scalar>
 void assemble_edges(const RestBody& rest, const Factors& factors, StepSystem& s, BlockSparseMatrix<Scalar>& A,
                     int begin, int end) {
+  const bool heterogeneous = rest.heterogeneous();
   for (int edge = begin; edge < end; ++edge) {
-    const Mat3 block = rest.heterogeneous() ? weighted_edge_stiffness(s, rest, edge)
-                                            : factors.stiffness * edge_stiffness(s, rest, edge);
+    const EdgeSum sum = heterogeneous ? weighted_edge_sum(s, rest, edge) : edge_sum(s, rest, factors, edge);
+    // B = of_lambda + of_mu^T + ..., B^T = of_lambda^T + of_mu + ...
+    Quad block[3] = {sum.of_mu[0], sum.of_mu[1], sum.of_mu[2]}, none{};
+    transpose(block[0], block[1], block[2], none);
+    for (int j = 0; j < 3; ++j) block[j] += sum.of_lambda[j];
+    add_to_diagonal(sum.of_mu, sum.hourglass, block);
     A.set_block(s.edge_blocks[edge][0], block);
-    A.set_block(s.edge_blocks[edge][1], block.transpose());
+    transpose(block[0], block[1], block[2], none);
+    A.set_block(s.edge_blocks[edge][1], block);
   }
 }
 
 Vec3 gather_force(const StepSystem& s, int node) {
-  Vec3 f = Vec3::Zero();
-  for (int k = s.connectivity.node_start[node]; k < s.connectivity.node_start[node + 1]; ++k) {
-    f += Vec3::Map(s.elements.forces() + 3 * s.connectivity.node_corners[k]);
-  }
-  return f;
+  Quad f{};
+  const double* forces = s.elements.forces();
+  for (int k = s.connectivity.node_start[node]; k < s.connectivity.node_start[node + 1]; ++k)
+    f += load_three(forces + 3 * s.connectivity.node_corners[k]);
+  return {f[0], f[1], f[2]};
 }
 
 // Diagonal block of a row: the stiffness of a row sums to zero, since a translation strains nothing. Summed from the
 // blocks as stored, so that it stays zero in float as well.
 template <class Scalar>
 Mat3 row_diagonal(const BlockSparseMatrix<Scalar>& A, double row_mass, int row) {
-  Mat3 sum = Mat3::Zero();
-  for (int k = A.row_start()[row]; k < A.row_start()[row + 1]; ++k) sum -= A.block(k).template cast<double>();
-  return symmetric_part(sum) + row_mass * Mat3::Identity();
+  Quad sum[3] = {Quad{}, Quad{}, Quad{}};
+  for (int k = A.row_start()[row]; k < A.row_start()[row + 1]; ++k)
+    for (int j = 0; j < 3; ++j) sum[j] -= load_four(A.values() + 9 * k + 3 * j);
+  return symmetric_part(to_matrix(sum)) + row_mass * Mat3::Identity();
 }
 
 // Section 7: the known velocities' terms go to the right-hand side, then the row or column is struck.

@@ -5,15 +5,24 @@
 namespace crumple::sim::fem {
 namespace {
 
-// D_x beta of four tets.
-QuadMatrix deformation_gradients(const std::vector<Tet>& tets, int t, std::span<const Vec3> x, const QuadMatrix& beta) {
+// D_x of four tets.
+QuadMatrix edge_matrices(const std::vector<Tet>& tets, int t, std::span<const Vec3> x) {
+  Quad corner[4][3];
+  for (int a = 0; a < 4; ++a)
+    load_vectors(x[tets[t][a]].data(), x[tets[t + 1][a]].data(), x[tets[t + 2][a]].data(), x[tets[t + 3][a]].data(), corner[a]);
   QuadMatrix D;
   for (int k = 0; k < 3; ++k)
-    for (int i = 0; i < 3; ++i) {
-      Quad& d = D(i, k);
-      for (int lane = 0; lane < 4; ++lane) d[lane] = x[tets[t + lane][k + 1]][i] - x[tets[t + lane][0]][i];
-    }
-  return product(D, beta);
+    for (int i = 0; i < 3; ++i) D(i, k) = corner[k + 1][i] - corner[0][i];
+  return D;
+}
+
+// Columns 1 to 3 of four 3x4 matrices, and minus their sum before them: normals of a closed surface sum to zero, and so,
+// exactly, do these.
+void store_corners(const QuadMatrix& a, Mat34* to) {
+  Quad all[12];
+  for (int i = 0; i < 3; ++i) all[i] = -(a(i, 0) + a(i, 1) + a(i, 2));
+  for (int k = 0; k < 9; ++k) all[3 + k] = a.m[k];
+  store_lanes_to<12>(all, {to[0].data(), to[1].data(), to[2].data(), to[3].data()});
 }
 
 }  // namespace
@@ -21,32 +30,21 @@ QuadMatrix deformation_gradients(const std::vector<Tet>& tets, int t, std::span<
 bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int t, std::span<const Vec3> x,
                          const std::vector<Mat3>& plastic_strain, Elements& e) {
   if (!rest.beta_clamped.empty()) return false;
-  const QuadMatrix F = deformation_gradients(tets, t, x, load(rest.beta, t));
+  const QuadMatrix beta = load(&rest.beta[t]);
+  const QuadMatrix F = product(edge_matrices(tets, t, x), beta);
   QuadLaw law;
-  Quad scale;
-  for (int lane = 0; lane < 4; ++lane) {
-    law.set_material(lane, rest.material_of(t + lane), rest.lame_of(t + lane), plastic_strain[t + lane]);
-    scale[lane] = rest.fill[t + lane] * rest.volume[t + lane];
-  }
-  if (!law.update(F, load(plastic_strain, t))) return false;
-  // f_i = fill Q sigma n_i / 3 = sqrt(fill V) Q sigma c_i
-  QuadMatrix c;
-  for (int lane = 0; lane < 4; ++lane)
-    for (int k = 0; k < 9; ++k) c.m[k][lane] = rest.core[t + lane].data()[3 + k];
-  QuadMatrix P = product(law.Q, law.stress);
-  for (Quad& p : P.m) p *= square_root(scale);
-  const QuadMatrix core = product(law.Q, c), force = product(P, c);
-  for (int lane = 0; lane < 4; ++lane) {
-    store(law.Q, lane, e.Q[t + lane].data());
-    store(law.sigma, lane, e.sigma[t + lane].data());
-    store(core, lane, e.core[t + lane].data() + 3);
-    store(force, lane, e.force[t + lane].data() + 3);
-  }
-  // Normals of a closed surface sum to zero; so, exactly, do these.
-  for (int lane = 0; lane < 4; ++lane) {
-    e.core[t + lane].col(0) = -e.core[t + lane].rightCols<3>().rowwise().sum();
-    e.force[t + lane].col(0) = -e.force[t + lane].rightCols<3>().rowwise().sum();
-  }
+  law.set_materials([&](int lane) -> const FemMaterial& { return rest.material_of(t + lane); },
+                    [&](int lane) -> const Lame& { return rest.lame_of(t + lane); });
+  if (!law.update(F, load(&plastic_strain[t]))) return false;
+  // c_i = -sqrt(fill V) beta^T e_i, f_i = fill Q sigma n_i / 3 = sqrt(fill V) Q sigma c_i
+  const Quad scale = load_four(&rest.fill[t]) * load_four(&rest.volume[t]), root = square_root(scale);
+  QuadMatrix turn = law.Q, P = product(law.Q, law.stress);
+  for (Quad& q : turn.m) q *= -root;
+  for (Quad& p : P.m) p *= -scale;
+  store(law.Q, &e.Q[t]);
+  store(law.sigma, &e.sigma[t]);
+  store_corners(product_transposed(turn, beta), &e.core[t]);
+  store_corners(product_transposed(P, beta), &e.force[t]);
   return true;
 }
 

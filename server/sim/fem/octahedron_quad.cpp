@@ -20,32 +20,26 @@ bool update_octahedron_quad(const RestBody& rest, const std::vector<Vec3>& x, co
   const SmoothedOctahedra& o = rest.octahedra;
   const int* nodes = &o.nodes[kClosedCorners * d];
   const double* cores = o.core[kClosedCorners * d].data();
-  Quad r[kClosedCorners - 1][3], c[kClosedCorners - 1][3];  // corners from the first; their cores
-  for (int lane = 0; lane < 4; ++lane) {
-    const Vec3& from = x[nodes[kClosedCorners * lane]];
-    for (int a = 1; a < kClosedCorners; ++a) {
-      const Vec3& at = x[nodes[kClosedCorners * lane + a]];
-      for (int i = 0; i < 3; ++i) {
-        r[a - 1][i][lane] = at[i] - from[i];
-        c[a - 1][i][lane] = cores[3 * (kClosedCorners * lane + a) + i];
-      }
-    }
+  Quad r[kClosedCorners - 1][3], c[kClosedCorners][3], first[3];  // corners from the first; cores of all
+  for (int a = 0; a < kClosedCorners; ++a) {
+    Quad at[3];
+    load_vectors(x[nodes[a]].data(), x[nodes[kClosedCorners + a]].data(), x[nodes[2 * kClosedCorners + a]].data(),
+                 x[nodes[3 * kClosedCorners + a]].data(), at);
+    for (int i = 0; i < 3; ++i) (a == 0 ? first[i] : r[a - 1][i]) = a == 0 ? at[i] : at[i] - first[i];
   }
+  constexpr int kNumbers = 3 * kClosedCorners;  // a lane's
+  load_lanes_of<kNumbers>({cores, cores + kNumbers, cores + 2 * kNumbers, cores + 3 * kNumbers}, &c[0][0]);
   for (int k = 0; k < 4; ++k) {
     Quad area[3], rest_volume;
     cross(r[1 + k], r[1 + (k + 1) % 4], area);
     for (int lane = 0; lane < 4; ++lane) rest_volume[lane] = rest.volume[o.tets[4 * (d + lane) + k]];
-    if (any(~(dot(r[0], area) >= quad(6 * kSplitVolume) * rest_volume))) return false;
+    if (!all(dot(r[0], area) >= quad(6 * kSplitVolume) * rest_volume)) return false;
   }
 
-  Quad volume, mu;
   QuadLaw law;
-  for (int lane = 0; lane < 4; ++lane) {
-    const int t = o.first_tet(d + lane);
-    law.set_material(lane, rest.material_of(t), rest.lame_of(t), plastic_strain[d + lane]);
-    volume[lane] = o.volume[d + lane];
-    mu[lane] = rest.lame_of(t).mu;
-  }
+  law.set_materials([&](int lane) -> const FemMaterial& { return rest.material_of(o.first_tet(d + lane)); },
+                    [&](int lane) -> const Lame& { return rest.lame_of(o.first_tet(d + lane)); });
+  const Quad volume = load_four(&o.volume[d]);
   Quad gamma[kClosedCorners - 1], z[3];
   for (int a = 0; a < kClosedCorners - 1; ++a)
     for (int lane = 0; lane < 4; ++lane) gamma[a][lane] = o.gamma[kClosedCorners * (d + lane) + a + 1];
@@ -53,42 +47,36 @@ bool update_octahedron_quad(const RestBody& rest, const std::vector<Vec3>& x, co
     z[i] = gamma[0] * r[0][i];
     for (int a = 1; a < kClosedCorners - 1; ++a) z[i] += gamma[a] * r[a][i];
   }
-  if (any(~(dot(z, z) <= quad(kSplitSlide) * volume * mu))) return false;
+  if (!all(dot(z, z) <= quad(kSplitSlide) * volume * law.mu())) return false;
   const Quad root = square_root(volume), to_gradient = quad(-1) / root;
   QuadMatrix F;
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < 3; ++i) {
-      Quad sum = r[0][i] * c[0][j];
-      for (int a = 1; a < kClosedCorners - 1; ++a) sum += r[a][i] * c[a][j];
+      Quad sum = r[0][i] * c[1][j];
+      for (int a = 1; a < kClosedCorners - 1; ++a) sum = multiply_add(r[a][i], c[a + 1][j], sum);
       F(i, j) = to_gradient * sum;
     }
-  if (!law.update(F, load(plastic_strain, d))) return false;
+  if (!law.update(F, load(&plastic_strain[d]))) return false;
   QuadMatrix P = product(law.Q, law.stress);
   for (Quad& p : P.m) p *= root;
 
-  Quad core_sum[3]{}, force_sum[3]{};
-  double* core = e.core[kClosedCorners * d].data();
-  double* force = e.force[kClosedCorners * d].data();
-  for (int a = 0; a < kClosedCorners - 1; ++a) {
+  Quad core[kClosedCorners][3], force[kClosedCorners][3];
+  for (int i = 0; i < 3; ++i) core[0][i] = force[0][i] = Quad{};
+  for (int a = 1; a < kClosedCorners; ++a)
     for (int i = 0; i < 3; ++i) {
-      const Quad turned = law.Q(i, 0) * c[a][0] + law.Q(i, 1) * c[a][1] + law.Q(i, 2) * c[a][2];
-      const Quad f = P(i, 0) * c[a][0] + P(i, 1) * c[a][1] + P(i, 2) * c[a][2] - gamma[a] * z[i];
-      core_sum[i] -= turned;
-      force_sum[i] -= f;
-      for (int lane = 0; lane < 4; ++lane) {
-        core[3 * (kClosedCorners * lane + a + 1) + i] = turned[lane];
-        force[3 * (kClosedCorners * lane + a + 1) + i] = f[lane];
-      }
+      core[a][i] = multiply_add(law.Q(i, 2), c[a][2], multiply_add(law.Q(i, 1), c[a][1], law.Q(i, 0) * c[a][0]));
+      force[a][i] = multiply_add(P(i, 2), c[a][2], multiply_add(P(i, 1), c[a][1], P(i, 0) * c[a][0])) - gamma[a - 1] * z[i];
+      core[0][i] -= core[a][i];
+      force[0][i] -= force[a][i];
     }
-  }
+  double* core_to = e.core[kClosedCorners * d].data();
+  double* force_to = e.force[kClosedCorners * d].data();
+  store_lanes_to<kNumbers>(&core[0][0], {core_to, core_to + kNumbers, core_to + 2 * kNumbers, core_to + 3 * kNumbers});
+  store_lanes_to<kNumbers>(&force[0][0], {force_to, force_to + kNumbers, force_to + 2 * kNumbers, force_to + 3 * kNumbers});
+  store(law.Q, &e.Q[d]);
+  store(law.sigma, &e.sigma[d]);
   for (int lane = 0; lane < 4; ++lane) {
-    for (int i = 0; i < 3; ++i) {
-      core[3 * kClosedCorners * lane + i] = core_sum[i][lane];
-      force[3 * kClosedCorners * lane + i] = force_sum[i][lane];
-      e.z[d + lane][i] = z[i][lane];
-    }
-    store(law.Q, lane, e.Q[d + lane].data());
-    store(law.sigma, lane, e.sigma[d + lane].data());
+    e.z[d + lane] = Vec3(z[0][lane], z[1][lane], z[2][lane]);
     e.split[d + lane] = 0;
   }
   return true;

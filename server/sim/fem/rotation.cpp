@@ -1,5 +1,7 @@
 #include "server/sim/fem/rotation.h"
 
+#include "server/sim/fem/polar_factor.h"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
@@ -11,15 +13,6 @@ namespace crumple::sim::fem {
 namespace {
 
 constexpr double kRankTolerance = 1e-13;  // a singular value below this share of the largest counts as zero
-
-// det F F^-T: the cross products of F's columns.
-Mat3 cofactors(const Mat3& F) {
-  Mat3 C;
-  C.col(0) = F.col(1).cross(F.col(2));
-  C.col(1) = F.col(2).cross(F.col(0));
-  C.col(2) = F.col(0).cross(F.col(1));
-  return C;
-}
 
 // (a, b, a x b) with b made orthogonal to a first: axes of det +1.
 Mat3 right_handed(const Vec3& a, const Vec3& b) {
@@ -43,22 +36,12 @@ Mat3 svd_rotation(const Mat3& F) {
 }
 
 Mat3 polar_rotation(const Mat3& F) {
-  const double norm = F.norm();
-  if (!(F.determinant() > kWellPositive * norm * norm * norm)) return svd_rotation(F);
-  // Q := (gamma Q + Q^-T / gamma) / 2; gamma brings the singular values together while they are far from 1.
-  Mat3 Q = F;
-  bool near = false;
-  for (int i = 0; i < kMaxPolarNewton; ++i) {
-    const Mat3 C = cofactors(Q);
-    const double det = C.col(0).dot(Q.col(0));
-    const double gamma = near ? 1 : std::sqrt(C.norm() / (det * Q.norm()));
-    const Mat3 next = 0.5 * gamma * Q + 0.5 / (gamma * det) * C;
-    const double change = (next - Q).squaredNorm();
-    Q = next;
-    if (change < 1e-16) return Q;  // quadratic: a change of 1e-8 leaves an error of 1e-16
-    near = change < 1e-4;
-  }
-  return svd_rotation(F);
+  LaneMatrix<double> f;
+  Mat3::Map(f.m) = F;
+  const LaneMatrix<double> C = cofactors(f);
+  const double det = first_column_dot(C, f), norm2 = squared_norm(f);
+  if (!well_positive(det, norm2)) return svd_rotation(F);
+  return Mat3::Map(polar_factor(f, C, det, norm2).m);
 }
 
 Mat3 qr_rotation(const Mat3& F) {

@@ -15,11 +15,7 @@ inline constexpr double kQrVolumeRatio = 0.06;
 // that takes v_1 to u_1; F = 0: I.
 Mat3 svd_rotation(const Mat3& F);
 
-inline constexpr double kWellPositive = 1e-5;  // det F over |F|^3 above which Newton's iteration is used; at rest 0.19
-inline constexpr int kMaxPolarNewton = 20;
-
-// Polar factor of F = Q A, A symmetric, by Newton's iteration (Higham 1986), three or four 3x3 cofactors for usual F.
-// Equals svd_rotation for det F > 0, and falls back on it where det F is not well above 0.
+// The closed form of polar_factor.h where det F is well above 0, else svd_rotation, which it equals there.
 Mat3 polar_rotation(const Mat3& F);
 
 // Q of F = Q R, R upper triangular, by Gram-Schmidt; q_3 = q_1 x q_2 keeps det Q = +1 and lets R_33 carry the sign.

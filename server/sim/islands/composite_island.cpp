@@ -64,8 +64,9 @@ linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactR
   if (options.solver == SolverKind::direct) return solve_directly(system, rows, b, std::cref(apply), x);
   preconditioner.refresh(rows);
   const auto precondition = [&](const VectorXd& in, VectorXd& out) { preconditioner.apply(in, out); };
-  return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, options.solve, workspace, pool,
-                                           preconditioner.norm());
+  linear_solver::SolveOptions solve = options.solve;
+  solve.near_inverse = preconditioner.near_inverse();
+  return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, solve, workspace, pool, preconditioner.norm());
 }
 
 // What the rows did to rigid bodies, and what the solve's velocities say besides, at the centre of mass: no momentum is

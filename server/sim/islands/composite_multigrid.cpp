@@ -9,7 +9,6 @@
 namespace crumple::sim::islands {
 namespace {
 
-using linear_solver::BlockSparseMatrix;
 using linear_solver::load_lanes;
 using linear_solver::multiply_add;
 
@@ -31,22 +30,20 @@ LaneBlock inverse_or_identity(const Mat3& D) {
   return LaneBlock(0.5 * (inverse + inverse.transpose()));
 }
 
-// sum + off-diagonal part of row i times x.
-template <class Scalar>
-Lanes row_product(const BlockSparseMatrix<Scalar>& A, int i, const Lanes* x, Lanes sum) {
-  Lanes s0 = sum, s1{}, s2{};
-  const int* columns = A.columns().data();
-  const Scalar* B = A.values() + 9 * static_cast<std::ptrdiff_t>(A.row_start()[i]);
-  for (int k = A.row_start()[i]; k < A.row_start()[i + 1]; ++k, B += 9) {
-    const float* v = reinterpret_cast<const float*>(x + columns[k]);
-    s0 = multiply_add(load_lanes(B), linear_solver::lanes(v[0]), s0);
-    s1 = multiply_add(load_lanes(B + 3), linear_solver::lanes(v[1]), s1);
-    s2 = multiply_add(load_lanes(B + 6), linear_solver::lanes(v[2]), s2);
-  }
-  return s0 + s1 + s2;
+}  // namespace
+
+CompositeMultigrid::LevelPart::LevelPart(const MultigridPart& part)
+    : values(part.hierarchy->finest()), diagonal(part.system->diagonal()), first(part.first_block), count(part.system->node_count()) {
+  std::visit([&](const auto& A) { row_start = A.row_start(), columns = A.columns(); }, part.system->A);
+  if (!part.hierarchy->levels().empty()) transfer = &part.hierarchy->levels().front().transfer;
 }
 
-}  // namespace
+void CompositeMultigrid::LevelPart::follow(const linear_solver::MultigridHierarchy::Level& level) {
+  row_start = level.A.row_start();
+  columns = level.A.columns();
+  values = level.A.values();
+  diagonal = level.A.diagonal();
+}
 
 CompositeMultigrid::CompositeMultigrid(std::span<const MultigridPart> parts, std::span<const Mat3> rigid,
                                        const contact::ContactRows& rows, const ThreadPool& pool)
@@ -54,10 +51,8 @@ CompositeMultigrid::CompositeMultigrid(std::span<const MultigridPart> parts, std
   Level finest;
   for (const MultigridPart& part : parts) {
     high_ = std::max(high_, kHigh * part.system->spectral_bound);
-    LevelPart own{.system = part.system, .first = part.first_block, .count = part.system->node_count()};
-    if (!part.hierarchy->levels().empty()) own.transfer = &part.hierarchy->levels().front().transfer;
-    finest.parts.push_back(own);
-    finest.rigid_first = own.first + own.count;
+    finest.parts.emplace_back(part);
+    finest.rigid_first = part.first_block + part.system->node_count();
   }
   finest.blocks = finest.rigid_first + static_cast<int>(rigid_.size());
   if (rows.size() > 0) finest.rows = LevelRows(rows);
@@ -70,7 +65,7 @@ CompositeMultigrid::CompositeMultigrid(std::span<const MultigridPart> parts, std
     Level& level = levels_.back();
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const auto& own = parts[p].hierarchy->levels();
-      if (l < own.size()) level.parts[p].coarse = &own[l].A, level.parts[p].system = nullptr;
+      if (l < own.size()) level.parts[p].follow(own[l]);
       level.parts[p].transfer = l + 1 < own.size() ? &own[l + 1].transfer : nullptr;
     }
   }
@@ -121,7 +116,7 @@ void CompositeMultigrid::add_coarser_level() {
 void CompositeMultigrid::prepare(Level& level) {
   std::vector<Mat3> diagonal;
   diagonal.reserve(level.blocks);
-  for (const LevelPart& part : level.parts) diagonal.insert(diagonal.end(), part.diagonal().begin(), part.diagonal().end());
+  for (const LevelPart& part : level.parts) diagonal.insert(diagonal.end(), part.diagonal.begin(), part.diagonal.end());
   diagonal.insert(diagonal.end(), rigid_.begin(), rigid_.end());
   level.diagonal.resize(level.blocks);
   for (int i = 0; i < level.blocks; ++i) level.diagonal[i] = LaneBlock(diagonal[i]);
@@ -137,17 +132,13 @@ void CompositeMultigrid::factor_coarsest() {
   const Level& level = levels_.back();
   if (level.blocks > kMostDenseBlocks) return;
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(3 * level.blocks, 3 * level.blocks);
-  const auto fill = [&](const auto& matrix, int first) {
-    for (int i = 0; i < matrix.rows(); ++i) {
-      A.block<3, 3>(3 * (first + i), 3 * (first + i)) = matrix.diagonal()[i];
-      for (int k = matrix.row_start()[i]; k < matrix.row_start()[i + 1]; ++k)
-        A.block<3, 3>(3 * (first + i), 3 * (first + matrix.columns()[k])) = matrix.block(k).template cast<double>();
+  for (const LevelPart& part : level.parts)
+    for (int i = 0; i < part.count; ++i) {
+      const int row = 3 * (part.first + i);
+      A.block<3, 3>(row, row) = part.diagonal[i];
+      for (int k = part.row_start[i]; k < part.row_start[i + 1]; ++k)
+        A.block<3, 3>(row, 3 * (part.first + part.columns[k])) = Eigen::Map<const Eigen::Matrix3f>(part.values + 9 * k).cast<double>();
     }
-  };
-  for (const LevelPart& part : level.parts) {
-    if (part.system) std::visit([&](const auto& matrix) { fill(matrix, part.first); }, part.system->A);
-    else fill(*part.coarse, part.first);
-  }
   for (std::size_t k = 0; k < rigid_.size(); ++k) {
     const Eigen::Index at = 3 * (level.rigid_first + static_cast<Eigen::Index>(k));
     A.block<3, 3>(at, at) = rigid_[k];
@@ -170,15 +161,21 @@ void CompositeMultigrid::each_row(Level& level, const Finish& finish) const {
       if (rows) Ax += level.rows.scatter(i, cursor);
       finish(i, Ax);
     };
-    const auto part_rows = [&](const auto& matrix, const LevelPart& part) {
+    for (const LevelPart& part : level.parts) {
       const Lanes* x = level.x.data() + part.first;
       const int last = std::min(end, part.first + part.count);
-      for (int i = std::max(begin, part.first); i < last; ++i) complete(i, row_product(matrix, i - part.first, x, Lanes{}));
-    };
-    for (const LevelPart& part : level.parts) {
-      if (part.first + part.count <= begin || part.first >= end) continue;
-      if (part.system) std::visit([&](const auto& matrix) { part_rows(matrix, part); }, part.system->A);
-      else part_rows(*part.coarse, part);
+      for (int i = std::max(begin, part.first); i < last; ++i) {
+        Lanes s0{}, s1{}, s2{};
+        const int stop = part.row_start[i - part.first + 1];
+        for (int k = part.row_start[i - part.first]; k < stop; ++k) {
+          const float* B = part.values + 9 * static_cast<std::ptrdiff_t>(k);
+          const float* v = reinterpret_cast<const float*>(x + part.columns[k]);
+          s0 = multiply_add(load_lanes(B), linear_solver::lanes(v[0]), s0);
+          s1 = multiply_add(load_lanes(B + 3), linear_solver::lanes(v[1]), s1);
+          s2 = multiply_add(load_lanes(B + 6), linear_solver::lanes(v[2]), s2);
+        }
+        complete(i, s0 + s1 + s2);
+      }
     }
     for (int i = std::max(begin, level.rigid_first); i < end; ++i) complete(i, Lanes{});
   };

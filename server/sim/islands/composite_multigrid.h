@@ -38,11 +38,15 @@ class CompositeMultigrid {
 
  private:
   struct LevelPart {
-    const fem::StepSystem* system = nullptr;                           // level 0
-    const linear_solver::BlockSparseMatrix<float>* coarse = nullptr;   // others
-    const linear_solver::LevelTransfer* transfer = nullptr;            // to the next coarser level; null: the same points there
+    LevelPart(const MultigridPart& part);
+    void follow(const linear_solver::MultigridHierarchy::Level& level);  // from the next finer level
+
+    // The part's matrix: pattern, off-diagonal and diagonal blocks.
+    std::span<const int> row_start, columns;
+    const float* values;
+    std::span<const Mat3> diagonal;
+    const linear_solver::LevelTransfer* transfer = nullptr;  // to the next coarser level; null: the same points there
     int first = 0, count = 0, coarse_first = 0;
-    const std::vector<Mat3>& diagonal() const { return system ? system->diagonal() : coarse->diagonal(); }
   };
   struct Level {
     int blocks = 0, rigid_first = 0, coarse_rigid_first = 0;

@@ -24,6 +24,7 @@ class IslandPreconditioner {
   // Of residuals. Rigid modes and factors are measured as block-Jacobi is: in their own norm a stiff body that moves is large, and
   // what its inside does small beside that.
   linear_solver::SquaredNorm norm() const;
+  bool near_inverse() const { return kind_ == linear_solver::SolverKind::multigrid; }  // SolveOptions
 
  private:
   void smooth_around_factors(const Eigen::VectorXd& r, Eigen::VectorXd& z);

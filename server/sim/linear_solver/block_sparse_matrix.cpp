@@ -62,17 +62,17 @@ void BlockSparseMatrix<Scalar>::multiply_rows(int begin, int end, const double* 
   for (int row = begin; row < end; ++row) {
     // One sum a column of the blocks: three short dependency chains instead of one long one.
     // The fourth lane carries the next column's first entry along and is never read.
-    Quad sum0{}, sum1{}, sum2{};
+    const double* D = diagonal_[row].data();
+    const double* x_row = x + 3 * row;
+    Quad sum0 = load_four(D) * x_row[0], sum1 = load_four(D + 3) * x_row[1], sum2 = load_three(D + 6) * x_row[2];
     for (int k = row_start_[row]; k < row_start_[row + 1]; ++k) {
       const Scalar* B = values_.data() + 9 * k;
       const double* x_k = x + 3 * columns_[k];
-      sum0 += load_four(B) * x_k[0];
-      sum1 += load_four(B + 3) * x_k[1];
-      sum2 += load_four(B + 6) * x_k[2];
+      sum0 = multiply_add(load_four(B), quad(x_k[0]), sum0);
+      sum1 = multiply_add(load_four(B + 3), quad(x_k[1]), sum1);
+      sum2 = multiply_add(load_four(B + 6), quad(x_k[2]), sum2);
     }
-    const Quad sum = sum0 + sum1 + sum2;
-    const Eigen::Map<const Vec3> x_row(x + 3 * row);
-    Eigen::Map<Vec3>(y + 3 * row) = diagonal_[row] * x_row + Vec3(sum[0], sum[1], sum[2]);
+    store_three(sum0 + sum1 + sum2, y + 3 * row);
   }
 }
 

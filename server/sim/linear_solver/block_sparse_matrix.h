@@ -2,6 +2,7 @@
 
 #include "common/types.h"
 #include "server/sim/parallel_for.h"
+#include "server/sim/quad.h"
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -45,6 +46,11 @@ class BlockSparseMatrix {
   template <class Derived>
   void set_block(int k, const Eigen::MatrixBase<Derived>& value) {
     Eigen::Map<Eigen::Matrix<Scalar, 3, 3>>(values_.data() + 9 * k) = value.template cast<Scalar>();
+  }
+  void set_block(int k, const Quad (&columns)[3]) {  // the fourth lanes are not read
+    store_three(columns[0], values_.data() + 9 * k);
+    store_three(columns[1], values_.data() + 9 * k + 3);
+    store_three(columns[2], values_.data() + 9 * k + 6);
   }
   Mat3 at(int row, int col) const;  // the block, diagonal included; zero outside the pattern
   void set_zero();

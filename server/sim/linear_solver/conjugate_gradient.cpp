@@ -52,8 +52,12 @@ SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondi
                                const ThreadPool& pool, const SquaredNorm& norm) {
   assert(x.size() == b.size());
   w.resize(b.size());
-  double size = norm ? norm(b) : 0;
-  if (!norm) {
+  double size = 0;
+  if (norm) {
+    size = norm(b);
+  } else if (options.near_inverse) {
+    size = dot(b, b, w.partial_sums, pool);  // whether there is any; followed below
+  } else {
     precondition(b, w.z);
     size = dot(b, w.z, w.partial_sums, pool);
   }
@@ -70,9 +74,10 @@ SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondi
   double best = std::numeric_limits<double>::infinity();
   int best_at = 0;
   const auto ends = [&](double squared_norm) {
-    report.residual = std::sqrt(squared_norm / size);
+    if (options.near_inverse && !norm) size = std::abs(dot(b, x, w.partial_sums, pool));
+    report.residual = squared_norm == 0 ? 0 : std::sqrt(squared_norm / size);  // infinite where x = 0 says nothing of b's size
     report.converged = report.residual <= options.tolerance;
-    if (report.converged || !std::isfinite(report.residual)) return true;
+    if (report.converged || !std::isfinite(squared_norm) || !std::isfinite(size)) return true;
     if (report.residual < best) {
       best = report.residual;
       best_at = report.iterations;

@@ -19,6 +19,8 @@ using SquaredNorm = std::function<double(const Eigen::VectorXd& r)>;
 struct SolveOptions {
   double tolerance = 1e-3;  // relative, see SolveReport
   int max_iterations = 400;
+  // P^-1 is near A^-1, and dear: |b|^2 is taken for b . x, which is b . A^-1 b when x is there, instead of applying it to b.
+  bool near_inverse = false;
 };
 
 // residual: |b - A x| / |b| in the norm of the preconditioner, |r| = sqrt(r . P^-1 r), or in the one given. It weighs light and heavy nodes,

@@ -10,8 +10,7 @@ namespace {
 
 constexpr int kRowsPerChunk = 64;  // coarse rows: each gathers a few dozen fine ones
 
-template <class Scalar>
-LaneBlock load_block(const Scalar* p) {
+LaneBlock load_block(const float* p) {
   LaneBlock B;
   for (int j = 0; j < 3; ++j) B.column[j] = load_lanes(p + 3 * j);
   return B;
@@ -148,14 +147,12 @@ void GalerkinProduct::find_terms(const LevelGraph& fine, const LevelTransfer& t,
   term_start_.push_back(static_cast<int>(terms_.size()));
 }
 
-template <class Scalar>
-void GalerkinProduct::update(const BlockSparseMatrix<Scalar>& A, BlockSparseMatrix<float>& A_c, const ThreadPool& pool) const {
-  const Scalar* values = A.values();
+void GalerkinProduct::update(const float* values, std::span<const Mat3> diagonal, BlockSparseMatrix<float>& A_c, const ThreadPool& pool) const {
   const auto sum = [&](int coarse_block) {
     LaneBlock block;
     for (int k = term_start_[coarse_block]; k < term_start_[coarse_block + 1]; ++k) {
       const Term& term = terms_[k];
-      add_scaled(term.fine >= 0 ? load_block(values + 9 * static_cast<std::ptrdiff_t>(term.fine)) : LaneBlock(A.diagonal()[-1 - term.fine]),
+      add_scaled(term.fine >= 0 ? load_block(values + 9 * static_cast<std::ptrdiff_t>(term.fine)) : LaneBlock(diagonal[-1 - term.fine]),
                  term.weight, block);
     }
     return to_matrix(block);
@@ -173,8 +170,5 @@ void GalerkinProduct::update(const BlockSparseMatrix<Scalar>& A, BlockSparseMatr
   };
   pool.for_chunks(A_c.rows(), kRowsPerChunk, std::cref(rows));
 }
-
-template void GalerkinProduct::update(const BlockSparseMatrix<float>&, BlockSparseMatrix<float>&, const ThreadPool&) const;
-template void GalerkinProduct::update(const BlockSparseMatrix<double>&, BlockSparseMatrix<float>&, const ThreadPool&) const;
 
 }  // namespace crumple::sim::linear_solver

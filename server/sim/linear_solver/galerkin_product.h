@@ -24,8 +24,8 @@ class GalerkinProduct {
 
   friend bool operator==(const GalerkinProduct&, const GalerkinProduct&) = default;
 
-  template <class Scalar>
-  void update(const BlockSparseMatrix<Scalar>& A, BlockSparseMatrix<float>& A_c, const ThreadPool& pool) const;
+  // values: off-diagonal blocks of A, 9 numbers each and one more; diagonal: its others.
+  void update(const float* values, std::span<const Mat3> diagonal, BlockSparseMatrix<float>& A_c, const ThreadPool& pool) const;
 
  private:
   struct Term {
@@ -47,8 +47,5 @@ class GalerkinProduct {
                                  // one more
   std::vector<Term> terms_;
 };
-
-extern template void GalerkinProduct::update(const BlockSparseMatrix<float>&, BlockSparseMatrix<float>&, const ThreadPool&) const;
-extern template void GalerkinProduct::update(const BlockSparseMatrix<double>&, BlockSparseMatrix<float>&, const ThreadPool&) const;
 
 }  // namespace crumple::sim::linear_solver

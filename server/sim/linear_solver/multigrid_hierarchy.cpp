@@ -7,6 +7,7 @@
 namespace crumple::sim::linear_solver {
 namespace {
 
+constexpr int kBlocksPerChunk = 4096;
 constexpr int kCoarsest = 24;      // points: few enough for a dense factor
 constexpr double kTooSlow = 0.75;  // a level with more than this share of the finer one's points is not worth its price
 
@@ -54,10 +55,16 @@ void MultigridHierarchy::update(const BlockSparseMatrix<Scalar>& A, std::span<co
   assert(static_cast<int>(X.size()) == A.rows() && held.size() == X.size());
   if (!std::ranges::equal(A.row_start(), row_start_) || !std::ranges::equal(A.columns(), columns_) || !std::ranges::equal(held, held_))
     follow({A.row_start(), A.columns()}, X, held, mean_tet_volume);
-  for (std::size_t k = 0; k < levels_.size(); ++k) {
-    Level& level = levels_[k];
-    if (k == 0) level.product.update(A, level.A, pool);
-    else level.product.update(levels_[k - 1].A, level.A, pool);
+  finest_.resize(9 * static_cast<std::size_t>(A.block_count()) + 1);
+  pool.for_chunks(A.block_count(), kBlocksPerChunk, [&](int begin, int end) {
+    std::transform(A.values() + 9 * begin, A.values() + 9 * end, finest_.begin() + 9 * begin, [](Scalar s) { return static_cast<float>(s); });
+  });
+  const float* values = finest_.data();
+  std::span<const Mat3> diagonal = A.diagonal();
+  for (Level& level : levels_) {
+    level.product.update(values, diagonal, level.A, pool);
+    values = level.A.values();
+    diagonal = level.A.diagonal();
   }
 }
 

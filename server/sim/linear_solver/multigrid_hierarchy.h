@@ -26,11 +26,13 @@ class MultigridHierarchy {
               const ThreadPool& pool);
 
   const std::vector<Level>& levels() const { return levels_; }
+  const float* finest() const { return finest_.data(); }  // values() of A in single precision, as of the last update
 
  private:
   void follow(const LevelGraph& graph, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume);
 
   std::vector<Level> levels_;
+  std::vector<float> finest_;
   // What they were made of.
   std::vector<char> held_;
   std::vector<Vec3> X_;
