@@ -4,7 +4,7 @@
 
 // The rotation R of F = R U, U symmetric and positive, in closed form but for one root. With the invariants of U
 //   I1 = tr U, I2 = (I1^2 - |F|^2) / 2, I3 = det F
-// Cayley and Hamilton's theorem gives (Hoger & Carlson 1984, solved for R instead of U)
+// Cayley and Hamilton's theorem gives (HC, solved for R instead of U)
 //   R = ((I1^2 - I2) F + I1 cof F - F F^T F) / (I1 I2 - I3),
 // and I1 is the largest root of the quartic whose roots are the s1 + s2 + s3 with an even number of signs turned,
 //   t^4 - 2 |F|^2 t^2 - 8 det F t + |F|^4 - 4 |cof F|^2.

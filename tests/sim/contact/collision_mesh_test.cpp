@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
+#include <set>
 
 #include "tests/support/kuhn_lattice.h"
 
@@ -35,6 +37,14 @@ TEST(CollisionMesh, PartsThatShareOnlyAnEdgeAreComponents) {
   const CollisionMesh mesh = make_collision_mesh(tets, lattice.X, {});
   ASSERT_EQ(mesh.components.size(), 2u);
   EXPECT_EQ(mesh.components[0].end, 6);
+  // Each has all of its nodes once, those of the edge too.
+  for (const CollisionComponent& part : mesh.components) {
+    std::set<int> expected;
+    for (int k = part.begin; k < part.end; ++k) expected.insert(mesh.tets[k].nodes.begin(), mesh.tets[k].nodes.end());
+    const std::multiset<int> nodes(mesh.nodes.begin() + part.first_node, mesh.nodes.begin() + part.end_node);
+    EXPECT_TRUE(std::ranges::equal(nodes, expected));
+    EXPECT_EQ(nodes.size(), 8u);
+  }
   EXPECT_EQ(mesh.components[1].begin, 6);
   EXPECT_EQ(mesh.components[1].end, 12);
   EXPECT_NEAR(mesh.components[1].volume, 1, 1e-14);

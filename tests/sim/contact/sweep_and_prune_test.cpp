@@ -33,14 +33,19 @@ TEST(SweepAndPrune, FindsWhatBruteForceFinds) {
 
 TEST(SweepAndPrune, OfTwoSetsFindsWhatBruteForceFinds) {
   std::mt19937 random(9);
-  const std::vector<Box3> a = random_boxes(120, {1, 1, 2}, random), b = random_boxes(80, {1, 1, 2}, random);
-  std::vector<IndexPair> expected, found{{5, 5}};
-  for (int i = 0; i < 120; ++i)
-    for (int j = 0; j < 80; ++j)
-      if (a[i].intersects(b[j])) expected.emplace_back(i, j);
-  sweep_and_prune(a, b, found);
-  EXPECT_GT(expected.size(), 20u);
-  EXPECT_EQ(found, expected);
+  for (const auto& [of_a, of_b] : {std::pair{120, 80}, std::pair{60, 20}, std::pair{300, 4}, std::pair{400, 4}, std::pair{3, 0}}) {  // swept, or each with each
+    std::vector<Box3> a = random_boxes(of_a, {1, 1, 2}, random), b = random_boxes(of_b, {1, 1, 2}, random);
+    std::vector<IndexPair> expected, found{{5, 5}};
+    for (int i = 0; i < of_a; ++i)
+      for (int j = 0; j < of_b; ++j)
+        if (a[i].intersects(b[j])) expected.emplace_back(i, j);
+    const double infinity = std::numeric_limits<double>::infinity();
+    a.emplace_back(Eigen::Vector3d::Constant(-infinity), Eigen::Vector3d::Constant(infinity));  // meets nothing
+    a.emplace_back();
+    sweep_and_prune(a, b, found);
+    EXPECT_EQ(expected.empty(), of_b == 0);
+    EXPECT_EQ(found, expected);
+  }
 }
 
 TEST(SweepAndPrune, TouchingBoxesMeetEmptyAndNonFiniteOnesDoNot) {

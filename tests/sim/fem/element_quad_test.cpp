@@ -47,7 +47,7 @@ TEST(ElementQuad, EqualsTheFormulasOfOneTet) {
   }
 }
 
-TEST(ElementQuad, LeavesWhatNewtonCannotToTheOthers) {
+TEST(ElementQuad, LeavesWhatIsNearlySingularToTheOthers) {
   Shaken body(0.0);
   const RestBody rest = test::rest_body(body.mesh, FemMaterial{}, 1e9);
   Elements elements;

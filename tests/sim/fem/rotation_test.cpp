@@ -58,6 +58,20 @@ TEST(Rotation, PolarLeavesASymmetricPositiveStretchAndEqualsTheSvd) {
   }
 }
 
+// F as flat and as thin as polar_factor.h lets in, and beyond, where the SVD takes over.
+TEST(Rotation, PolarHoldsUpToWhereTheSvdTakesOver) {
+  Random random;
+  for (double thin : {0.3, 0.1, 0.03, 0.01, 0.0032, 0.0031, 0.001})
+    for (int i = 0; i < 100; ++i) {
+      const Mat3 Q = random.rotation(), V = random.rotation();
+      for (const Vec3& stretch : {Vec3(1, thin, thin), Vec3(1, 1, thin), Vec3(1, thin, 0.9 * thin)}) {
+        const Mat3 got = polar_rotation(Q * V * stretch.asDiagonal() * V.transpose());
+        EXPECT_LT((got - Q).norm(), 1e-15 / (thin * thin) + 1e-13) << stretch.transpose();
+        EXPECT_LT((got.transpose() * got - Mat3::Identity()).norm(), 3e-12);
+      }
+    }
+}
+
 TEST(Rotation, SvdOfAMirroredFCarriesTheSignOnTheSmallestStretch) {
   Random random;
   for (int i = 0; i < 200; ++i) {

@@ -53,6 +53,40 @@ SolveReport solve(const BlockSparseMatrix<double>& A, const Eigen::VectorXd& b, 
                             pool);
 }
 
+// A preconditioner that is near the inverse is asked once an iteration and once at the end; what it says is the energy norm of
+// what is missing, relative to that of the solution.
+TEST(ConjugateGradient, NearInverseIsMeasuredAgainstTheSolutionAndAskedForNothingElse) {
+  const auto A = spring_strip(60);
+  const Eigen::MatrixXd dense = A.to_sparse();
+  const Eigen::MatrixXd inverse = dense.inverse();
+  Eigen::VectorXd b(dense.rows());
+  for (Eigen::Index i = 0; i < b.size(); ++i) b[i] = std::sin(1.0 + i);
+  const Eigen::VectorXd solution = inverse * b;
+  for (double start : {0.0, 0.5, -1.0, 1000.0}) {
+    int asked = 0;
+    const auto nearly = [&](const Eigen::VectorXd& r, Eigen::VectorXd& z) {
+      ++asked;
+      z = 0.7 * (inverse * r) + 0.01 * r;
+    };
+    Eigen::VectorXd x = start * Eigen::VectorXd::Ones(b.size());
+    CgWorkspace workspace;
+    const SolveReport report = conjugate_gradient([&](const auto& in, auto& out) { A.multiply(in, out, kOne); }, nearly, b, x,
+                                                  {.tolerance = 1e-4, .near_inverse = true}, workspace, kOne);
+    EXPECT_TRUE(report.converged);
+    EXPECT_EQ(asked, report.iterations + 1);
+    const Eigen::VectorXd error = x - solution;
+    const double relative = std::sqrt(error.dot(dense * error) / solution.dot(b));
+    EXPECT_GT(report.residual, 0.7 * relative);
+    EXPECT_LT(report.residual, 1.5 * relative);
+  }
+  // b = 0, whatever the guess.
+  Eigen::VectorXd x = Eigen::VectorXd::Ones(b.size());
+  CgWorkspace workspace;
+  EXPECT_TRUE(conjugate_gradient([&](const auto& in, auto& out) { A.multiply(in, out, kOne); }, no_preconditioner,
+                                 Eigen::VectorXd::Zero(b.size()), x, {.near_inverse = true}, workspace, kOne).converged);
+  EXPECT_EQ(x.norm(), 0);
+}
+
 TEST(ConjugateGradient, SolvesTheChainInClosedForm) {
   const int n = 50;
   CgWorkspace workspace;
