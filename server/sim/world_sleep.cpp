@@ -19,6 +19,7 @@ using islands::Activity;
 
 constexpr int kLeastSteps = 5;         // of rest
 constexpr double kRadiusPart = 0.2;    // of speed * time: how far a body at rest may stray
+constexpr double kFragmentMean = 0.05;  // [s]: rigid fragments do not vibrate; what moves to and fro in them is contact
 constexpr double kScriptRests = 1e-9;  // [m/s]: below it a script's velocity is rounding
 constexpr double kNear = 0.01;         // of a box's diagonal: bodies that start asleep closer than this are one island
 
@@ -273,7 +274,9 @@ void World::Impl::note_contacts() {
 bool World::Impl::rests(Part part) {
   const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time};
   if (is_fragment(part) || places[part].model == BodyModel::fem) {
-    islands::observe(points(part), scene.dt, bounds, stillness[part]);
+    islands::StillnessBounds own = bounds;
+    if (is_fragment(part)) own.mean = kFragmentMean;
+    islands::observe(points(part), scene.dt, own, stillness[part]);
   } else {
     const Place place = places[part];
     const BodyId id = static_cast<BodyId>(part);

@@ -155,7 +155,7 @@ TEST(ShippedScenes, TheRopeIsWoundOntoTheSpoolAndOntoItself) {
     EXPECT_GT(near, 0.5 * static_cast<double>(view.x.size()));
     EXPECT_EQ(view.inverted, 0);
   }
-  EXPECT_GT(overlap[0], 0.03);
+  EXPECT_GT(overlap[0], 0.015);
   EXPECT_LT(overlap[1], 0.003);
 }
 

@@ -15,12 +15,12 @@ constexpr StillnessBounds kBounds{0.005, 0.0005};
 struct Outcome {
   int last = 0, most = 0;
 };
-Outcome follow(const std::function<Vec3(double)>& motion, double seconds, double dt = kDt) {
+Outcome follow(const std::function<Vec3(double)>& motion, double seconds, double dt = kDt, const StillnessBounds& bounds = kBounds) {
   Stillness points;
   Outcome outcome;
   for (int k = 0; k * dt <= seconds; ++k) {
     const Vec3 x[] = {Vec3::Zero(), motion(k * dt)};
-    observe(x, dt, kBounds, points);
+    observe(x, dt, bounds, points);
     outcome = {points.steps, std::max(outcome.most, points.steps)};
   }
   return outcome;
@@ -54,6 +54,21 @@ TEST(Stillness, ANodeThatGoesUpAndDownByTurnsRests) {
   };
   EXPECT_GE(follow(chatter(0.0008), 1).last, 55);  // 96 mm/s up, 96 mm/s down
   EXPECT_EQ(follow(chatter(0.0012), 1).most, 0);
+}
+
+// As a fragment was seen to do in a heap: for eight steps it sinks, by 0.27 mm in all, and is put back in the ninth.
+TEST(Stillness, WhatSinksAndIsPutBackRestsInTheMean) {
+  const auto sawtooth = [](double by) {
+    return [=](double t) { return Vec3(0, -by * static_cast<double>(std::lround(t / kDt) % 9) / 8, 0); };
+  };
+  constexpr StillnessBounds kMean{kBounds.speed, kBounds.radius, 0.05};
+  EXPECT_LT(follow(sawtooth(0.00027), 5).most, 10);
+  EXPECT_GE(follow(sawtooth(0.00027), 5, kDt, kMean).last, 250);
+  EXPECT_LT(follow(sawtooth(0.002), 5, kDt, kMean).most, 10);
+  // What moves does not rest in the mean either, and what stops rests soon.
+  EXPECT_LE(follow([](double t) { return Vec3(0.003 * t, 0, 0); }, 10, kDt, kMean).most, 15);
+  EXPECT_LT(follow([](double t) { return Vec3(0.005 * std::cos(2 * M_PI * t), 0, 0); }, 4, kDt, kMean).most, 30);
+  EXPECT_GE(follow([](double t) { return Vec3(std::min(t, 1.0), 0, 0); }, 1.5, kDt, kMean).last, 22);
 }
 
 TEST(Stillness, BeginsAnewWhereNodesAreAdded) {

@@ -92,24 +92,25 @@ SceneDescription shattered_on_the_ground(int rigid_fragments, double ball_z = -0
   return scene;
 }
 
-// Of six places for the ball to strike, the heap of one (z = -0.03) keeps a piece that trembles by 0.1 mm a step and never sleeps.
 TEST(RigidFragments, PiecesOfABrokenPaneComeToRestAndSleep) {
-  auto world = make_world(shattered_on_the_ground(9, -0.05));
   const double mass = 1000 * 0.8 * 0.8 * 0.1;
-  int most = 0;
-  for (int k = 0; k < 60 * 40 && world->workload().live_bodies > 0; ++k) {
-    world->step();
-    most = std::max(most, world->fem(0).rigid_fragments);
-    for (const Vec3& x : world->fem(0).x) ASSERT_GT(x.y(), -0.1) << k;
+  for (const double ball_z : {-0.05, -0.03, 0.0}) {  // where it strikes: another heap each time
+    auto world = make_world(shattered_on_the_ground(9, ball_z));
+    int most = 0;
+    for (int k = 0; k < 60 * 40 && world->workload().live_bodies > 0; ++k) {
+      world->step();
+      most = std::max(most, world->fem(0).rigid_fragments);
+      for (const Vec3& x : world->fem(0).x) ASSERT_GT(x.y(), -0.1) << k;
+    }
+    EXPECT_GT(most, 3);
+    EXPECT_EQ(world->workload().live_bodies, 0) << ball_z;
+    EXPECT_EQ(world->workload().rigid_fragments, most);
+    const FemView view = world->fem(0);
+    EXPECT_EQ(view.tets.size(), 8u * 8 * 6);
+    EXPECT_EQ(view.v.size(), view.x.size());
+    EXPECT_EQ(view.von_mises.size(), view.tets.size());
+    EXPECT_NEAR(-world->energies().gravitational / 9.81, -(mass * world->pose(0).p_WB.y() + 20 * world->pose(1).p_WB.y()), 1e-6);
   }
-  EXPECT_GT(most, 3);
-  EXPECT_EQ(world->workload().live_bodies, 0);
-  EXPECT_EQ(world->workload().rigid_fragments, most);
-  const FemView view = world->fem(0);
-  EXPECT_EQ(view.tets.size(), 8u * 8 * 6);
-  EXPECT_EQ(view.v.size(), view.x.size());
-  EXPECT_EQ(view.von_mises.size(), view.tets.size());
-  EXPECT_NEAR(-world->energies().gravitational / 9.81, -(mass * world->pose(0).p_WB.y() + 20 * world->pose(1).p_WB.y()), 1e-6);
 }
 
 TEST(RigidFragments, SleepOneByOneAndWakeOneByOne) {
