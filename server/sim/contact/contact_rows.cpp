@@ -14,6 +14,10 @@ constexpr int kRowChunk = 256;  // rows or blocks a task
 }  // namespace
 
 ContactRows::ContactRows(std::span<ContactRow> rows, std::span<const int> first_block, int block_count) : rows_(rows) {
+  constexpr int kUsual = 8;  // entries of a row: four nodes on either side
+  row_start_.reserve(size() + 1);
+  entries_.reserve(kUsual * size());
+  of_row_.reserve(kUsual * size(), size());
   row_start_.push_back(0);
   for (int k = 0; k < size(); ++k) {
     push_side(k, 0, first_block);
@@ -31,6 +35,7 @@ ContactRows::ContactRows(std::span<ContactRow> rows, std::span<const int> first_
   std::partial_sum(start.begin(), start.end(), start.begin());
   std::vector<int> next(start.begin(), start.end() - 1);
   for (int e = 0; e < static_cast<int>(entries_.size()); ++e) order[next[entries_[e].block]++] = e;
+  of_block_.reserve(static_cast<int>(entries_.size()), block_count);
   for (int block = 0; block < block_count; ++block) {
     if (start[block] == start[block + 1]) continue;
     for (int i = start[block]; i < start[block + 1]; ++i) of_block_.push(entries_[order[i]], entries_[order[i]].row);
@@ -64,6 +69,12 @@ void ContactRows::refresh() {
 void ContactRows::Lists::push(const Entry& entry, int other) {
   if (entry.weight != 0) weighted.push_back({other, entry.weight});
   else turned.push_back({other, entry.arm});
+}
+
+void ContactRows::Lists::reserve(int entries, int lists) {
+  weighted.reserve(entries);
+  weighted_start.reserve(lists + 1);
+  turned_start.reserve(lists + 1);
 }
 
 void ContactRows::Lists::close() {

@@ -105,6 +105,7 @@ class ContactRows {
     std::vector<Weighted> weighted;
     std::vector<Turned> turned;
 
+    void reserve(int entries, int lists);
     void push(const Entry& entry, int other);
     void close();  // the next entry is of the next list
     int size() const { return static_cast<int>(weighted_start.size()) - 1; }

@@ -141,6 +141,7 @@ bool Detector::may_meet(const Unit& a, const Unit& b) const {
 
 void Detector::fill_tet_boxes(Unit& unit) const {
   unit.tet_boxes.clear();
+  unit.tet_boxes.reserve(unit.component->boundary_end - unit.component->begin);
   for (int k = unit.component->begin; k < unit.component->boundary_end; ++k) {
     const Mat34 x = nodes(unit, tet(unit, k));
     unit.tet_boxes.emplace_back(x.rowwise().minCoeff(), x.rowwise().maxCoeff());
