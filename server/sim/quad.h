@@ -95,18 +95,18 @@ inline void store_three(Quad v, float* p) {
 
 // In every lane.
 inline Quad sum_of_lanes(Quad v) {
-  v += __builtin_shuffle(v, Mask{1, 0, 3, 2});
-  return v + __builtin_shuffle(v, Mask{2, 3, 0, 1});
+  v += __builtin_shufflevector(v, v, 1, 0, 3, 2);
+  return v + __builtin_shufflevector(v, v, 2, 3, 0, 1);
 }
 
 // Rows to columns.
 inline void transpose(Quad& a, Quad& b, Quad& c, Quad& d) {
-  const Quad ab0 = __builtin_shuffle(a, b, Mask{0, 4, 2, 6}), ab1 = __builtin_shuffle(a, b, Mask{1, 5, 3, 7});
-  const Quad cd0 = __builtin_shuffle(c, d, Mask{0, 4, 2, 6}), cd1 = __builtin_shuffle(c, d, Mask{1, 5, 3, 7});
-  a = __builtin_shuffle(ab0, cd0, Mask{0, 1, 4, 5});
-  b = __builtin_shuffle(ab1, cd1, Mask{0, 1, 4, 5});
-  c = __builtin_shuffle(ab0, cd0, Mask{2, 3, 6, 7});
-  d = __builtin_shuffle(ab1, cd1, Mask{2, 3, 6, 7});
+  const Quad ab0 = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab1 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Quad cd0 = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  a = __builtin_shufflevector(ab0, cd0, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab1, cd1, 0, 1, 4, 5);
+  c = __builtin_shufflevector(ab0, cd0, 2, 3, 6, 7);
+  d = __builtin_shufflevector(ab1, cd1, 2, 3, 6, 7);
 }
 
 // to[k] = {p[0][k], p[1][k], p[2][k], p[3][k]}, k < N, and back.

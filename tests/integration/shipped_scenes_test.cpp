@@ -155,7 +155,7 @@ TEST(ShippedScenes, TheRopeIsWoundOntoTheSpoolAndOntoItself) {
     EXPECT_GT(near, 0.5 * static_cast<double>(view.x.size()));
     EXPECT_EQ(view.inverted, 0);
   }
-  EXPECT_GT(overlap[0], 0.015);
+  EXPECT_GT(overlap[0], 0.015);  // a chaotic run: five times what contact leaves is enough to tell
   EXPECT_LT(overlap[1], 0.003);
 }
 

@@ -35,7 +35,7 @@ struct Near {
     for (int k = 0; k < static_cast<int>(unit.tet_boxes.size()); ++k) {
       if (!unit.tet_boxes[k].intersects(zone)) continue;
       tets.push_back(begin + k);
-      boxes.push_back(unit.fast ? box_of(begin + k) : unit.tet_boxes[k]);
+      boxes.push_back(unit.fast || s != 1 ? box_of(begin + k) : unit.tet_boxes[k]);
     }
     shapes_.resize(count);
     oriented_.assign(count, 0);

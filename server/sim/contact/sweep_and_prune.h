@@ -18,6 +18,7 @@ using IndexPair = std::pair<int, int>;
 std::vector<IndexPair> sweep_and_prune(std::span<const Box3> boxes);
 
 // All pairs (i, j) with boxes a[i] and b[j] overlapping or touching, ascending; replaces `pairs`.
+// Of few, each is tried with each.
 void sweep_and_prune(std::span<const Box3> a, std::span<const Box3> b, std::vector<IndexPair>& pairs);
 
 }  // namespace crumple::sim::contact

@@ -14,7 +14,7 @@ namespace crumple::sim::fem {
 
 inline constexpr double kWellPositive = 1e-5;  // det F over |F|^3 from which on it is used; at rest 0.19
 
-// norm2: |F|^2. (Its fourth power must be a number.)
+// norm2: |F|^2, whose square must be a number.
 template <class S>
 auto well_positive(S det, S norm2) -> decltype(det > norm2) {
   return (det > kWellPositive * norm2 * square_root(norm2)) & (norm2 > 1e-60 + 0 * norm2) & (norm2 < 1e60 + 0 * norm2);
@@ -35,7 +35,7 @@ LaneMatrix<S> polar_factor(const LaneMatrix<S>& F, const LaneMatrix<S>& C, S det
     const S slope = multiply_add(4 * t, t2 - norm2, c1);
     const S change = value / slope;
     t = done ? t : t - change;
-    done = done | !(change > 1e-9 * t);  // quadratic: what is left is below 1e-17
+    done = done | !(change > 1e-9 * t);  // quadratic: what is left is rounding
   }
   const S i2 = 0.5 * (t * t - norm2), scale = 1 / multiply_add(t, i2, -det);
   const S of_F = scale * (t * t - i2), of_C = scale * t;

@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
-#include <cmath>
 
 namespace crumple::sim::fem {
 

@@ -23,7 +23,7 @@ struct MultigridPart {
 // diagonal. The polynomial's interval is a constant of what the bodies are made of (StepSystem::spectral_bound). On the finest
 // level that is proved to be enough for tets: a matrix assembled from elements of k nodes has no eigenvalue above k of its block
 // diagonal's, and contact rows enter the diagonal by a bound of their own. On coarse levels, whose "elements" touch more points, it is what meshes were measured to stay below (tested).
-// Single precision inside; bits do not depend on the number of threads.
+// Single precision inside; bits do not depend on the number of threads. Borrows: hierarchies stay as they are while it is used.
 class CompositeMultigrid {
  public:
   // parts: in the order of their blocks, which they fill without gaps. rigid: diagonal blocks of rigid bodies, after the
@@ -38,7 +38,7 @@ class CompositeMultigrid {
 
  private:
   struct LevelPart {
-    LevelPart(const MultigridPart& part);
+    explicit LevelPart(const MultigridPart& part);
     void follow(const linear_solver::MultigridHierarchy::Level& level);  // from the next finer level
 
     // The part's matrix: pattern, off-diagonal and diagonal blocks.

@@ -15,9 +15,10 @@ void observe(std::span<const Vec3> x, double dt, const StillnessBounds& bounds, 
   bool slow = true, near = true;
   for (std::size_t k = 0; k < x.size(); ++k) {
     const Vec3 halfway = 0.5 * (points.before[k] + x[k]);
-    Vec3 middle = points.middle[k] + share * (halfway - points.middle[k]);
+    Vec3 middle = halfway;
+    if (share < 1) middle = points.middle[k] + share * (halfway - points.middle[k]);
     slow = slow && (middle - points.middle[k]).squaredNorm() <= way * way && (x[k] - middle).squaredNorm() <= 4 * reach;
-    if ((halfway - middle).squaredNorm() > 4 * reach) middle = halfway;  // what stops does not lag behind for long
+    if (!((halfway - middle).squaredNorm() <= 4 * reach)) middle = halfway;  // what stops does not lag behind for long
     if (rests) near = near && (middle - points.anchor[k]).squaredNorm() <= reach;
     points.before[k] = x[k];
     points.middle[k] = middle;

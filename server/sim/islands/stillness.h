@@ -17,7 +17,7 @@ struct StillnessBounds {
   double speed = 0;   // [m/s]
   double radius = 0;  // [m] how far a point may be from its place at the beginning of the rest; half of what it may
                       // go up and down by turns about that
-  double mean = 0;    // [s]: places are means over about so long instead
+  double mean = 0;    // [s]: places are means over about so long; 0: half-way alone
 };
 
 // What the points of one body did of late; state.

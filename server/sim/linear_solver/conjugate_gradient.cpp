@@ -75,9 +75,14 @@ SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondi
   int best_at = 0;
   const auto ends = [&](double squared_norm) {
     if (options.near_inverse && !norm) size = std::abs(dot(b, x, w.partial_sums, pool));
+    if (!(squared_norm >= 0) || !std::isfinite(squared_norm) || !std::isfinite(size)) {
+      report.residual = std::numeric_limits<double>::quiet_NaN();
+      report.converged = false;
+      return true;
+    }
     report.residual = squared_norm == 0 ? 0 : std::sqrt(squared_norm / size);  // infinite where x = 0 says nothing of b's size
     report.converged = report.residual <= options.tolerance;
-    if (report.converged || !std::isfinite(squared_norm) || !std::isfinite(size)) return true;
+    if (report.converged) return true;
     if (report.residual < best) {
       best = report.residual;
       best_at = report.iterations;

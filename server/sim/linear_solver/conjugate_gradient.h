@@ -19,7 +19,8 @@ using SquaredNorm = std::function<double(const Eigen::VectorXd& r)>;
 struct SolveOptions {
   double tolerance = 1e-3;  // relative, see SolveReport
   int max_iterations = 400;
-  // P^-1 is near A^-1, and dear: |b|^2 is taken for b . x, which is b . A^-1 b when x is there, instead of applying it to b.
+  // P^-1 is near A^-1, and dear: b . x, which is b . A^-1 b when x is there, stands for |b|^2, so that P^-1 is not applied to b.
+  // The residual is infinite where the solve ends at x = 0.
   bool near_inverse = false;
 };
 

@@ -21,13 +21,6 @@ inline Lanes load_lanes(const float* p) {
   std::memcpy(&v, p, sizeof v);
   return v;
 }
-inline Lanes load_lanes(const double* p) {
-#ifdef __AVX2__
-  return _mm256_cvtpd_ps(_mm256_loadu_pd(p));
-#else
-  return Lanes{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), static_cast<float>(p[3])};
-#endif
-}
 
 // a b + c, rounded once where the machine can: the build contracts nothing by itself.
 inline Lanes multiply_add(Lanes a, Lanes b, Lanes c) {

@@ -8,7 +8,7 @@
 namespace crumple::sim::linear_solver {
 
 // The coarse levels of one body: lattices over its rest shape, each twice as wide as the one before, and Galerkin
-// operators on them. Level 0 is the body's own matrix and is not kept here. Structure is a function of topology and held nodes,
+// operators on them. Level 0 is the body's own matrix, of which a copy in single precision is kept. Structure is a function of topology and held nodes,
 // values of the matrix, alone, so that a step does not depend on steps before it: after a split what is far from it is taken over, which
 // is what making it anew would give, bit for bit.
 class MultigridHierarchy {
