@@ -12,7 +12,6 @@
 namespace crumple::rig {
 namespace {
 
-
 double speed_of_ball(double size) { return 12 * std::sqrt(size); }  // [m/s]
 
 struct Whole {

@@ -109,24 +109,24 @@ inline void transpose(Quad& a, Quad& b, Quad& c, Quad& d) {
   d = __builtin_shufflevector(ab1, cd1, 2, 3, 6, 7);
 }
 
-// to[k] = {p[0][k], p[1][k], p[2][k], p[3][k]}, k < N, and back.
+// Four rows of N numbers, one after another: to[k] has the k-th of each, and back.
 template <int N>
-void load_lanes_of(const double* const (&p)[4], Quad* to) {
+void load_rows(const double* p, Quad* to) {
   for (int k = 0; k + 4 <= N; k += 4) {
-    for (int lane = 0; lane < 4; ++lane) to[k + lane] = load_four(p[lane] + k);
+    for (int lane = 0; lane < 4; ++lane) to[k + lane] = load_four(p + N * lane + k);
     transpose(to[k], to[k + 1], to[k + 2], to[k + 3]);
   }
-  for (int k = N - N % 4; k < N; ++k) to[k] = Quad{p[0][k], p[1][k], p[2][k], p[3][k]};
+  for (int k = N - N % 4; k < N; ++k) to[k] = Quad{p[k], p[N + k], p[2 * N + k], p[3 * N + k]};
 }
 template <int N>
-void store_lanes_to(const Quad* from, double* const (&p)[4]) {
+void store_rows(const Quad* from, double* p) {
   for (int k = 0; k + 4 <= N; k += 4) {
     Quad four[4] = {from[k], from[k + 1], from[k + 2], from[k + 3]};
     transpose(four[0], four[1], four[2], four[3]);
-    for (int lane = 0; lane < 4; ++lane) std::memcpy(p[lane] + k, &four[lane], sizeof four[lane]);
+    for (int lane = 0; lane < 4; ++lane) std::memcpy(p + N * lane + k, &four[lane], sizeof four[lane]);
   }
   for (int k = N - N % 4; k < N; ++k)
-    for (int lane = 0; lane < 4; ++lane) p[lane][k] = from[k][lane];
+    for (int lane = 0; lane < 4; ++lane) p[N * lane + k] = from[k][lane];
 }
 
 // x, y and z of four vectors.

@@ -272,11 +272,10 @@ void World::Impl::note_contacts() {
 
 // Looks at a live body or fragment at the end of a step. A rigid body is seen by four of its points.
 bool World::Impl::rests(Part part) {
-  const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time};
+  const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time,
+                                        is_fragment(part) ? kFragmentMean : 0};
   if (is_fragment(part) || places[part].model == BodyModel::fem) {
-    islands::StillnessBounds own = bounds;
-    if (is_fragment(part)) own.mean = kFragmentMean;
-    islands::observe(points(part), scene.dt, own, stillness[part]);
+    islands::observe(points(part), scene.dt, bounds, stillness[part]);
   } else {
     const Place place = places[part];
     const BodyId id = static_cast<BodyId>(part);

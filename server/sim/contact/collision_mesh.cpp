@@ -58,7 +58,7 @@ CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vecto
   mesh.components.reserve(components);
   for (const int t : order) {
     const int position = static_cast<int>(mesh.tets.size());
-    if (component[t] == static_cast<int>(mesh.components.size())) mesh.components.push_back({position, position, position, 0, 0, 0, 0, 0});
+    if (component[t] == static_cast<int>(mesh.components.size())) mesh.components.push_back({.begin = position, .boundary_end = position, .end = position});
     CollisionComponent& part = mesh.components.back();
     mesh.tets.push_back({t, tets[t], exterior[t]});
     part.end = position + 1;

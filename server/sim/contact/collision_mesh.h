@@ -25,9 +25,13 @@ struct CollisionComponent {
 
 // What contact needs of a tet mesh besides positions: made when a body loads and again when it breaks.
 struct CollisionMesh {
-  std::vector<CollisionTet> tets;  // by component, ascending id within both parts of it
+  std::vector<CollisionTet> tets;              // by component, ascending id within both parts of it
   std::vector<CollisionComponent> components;  // by their lowest tet
-  std::vector<int> nodes;      // by component, none twice in one
+  std::vector<int> nodes;                      // by component, none twice in one
+
+  std::span<const int> nodes_of(const CollisionComponent& component) const {
+    return std::span(nodes).subspan(component.first_node, component.end_node - component.first_node);
+  }
 };
 
 // tet_mass: mass of each tet [kg]; empty for rigid proxies, whose mass is their body's.

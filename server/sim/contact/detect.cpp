@@ -29,22 +29,16 @@ struct Near {
 
   Near(const Detector& d, const Unit& unit, const Box3& zone, double s) : detector_(d), unit_(unit), s_(s) {
     const int begin = unit.component->begin;
-    const auto count = std::ranges::count_if(unit.tet_boxes, [&](const Box3& box) { return box.intersects(zone); });
-    tets.reserve(count);
-    boxes.reserve(count);
-    for (int k = 0; k < static_cast<int>(unit.tet_boxes.size()); ++k) {
-      if (!unit.tet_boxes[k].intersects(zone)) continue;
-      tets.push_back(begin + k);
-      boxes.push_back(unit.fast || s != 1 ? box_of(begin + k) : unit.tet_boxes[k]);
-    }
-    shapes_.resize(count);
-    oriented_.assign(count, 0);
+    for (int k = 0; k < static_cast<int>(unit.tet_boxes.size()); ++k)
+      if (unit.tet_boxes[k].intersects(zone)) tets.push_back(begin + k);
+    boxes.reserve(tets.size());
+    for (const int tet : tets) boxes.push_back(unit.fast || s != 1 ? box_of(tet) : unit.tet_boxes[tet - begin]);
+    shapes_.resize(tets.size());
   }
 
   // Of those that are asked for alone: most reach into no box of the other unit.
   const OrientedTet& shape(int i) {
-    if (!oriented_[i]) shapes_[i] = orient(nodes(tets[i]));
-    oriented_[i] = 1;
+    if (shapes_[i].volume == 0) shapes_[i] = orient(nodes(tets[i]));  // not asked for yet, or flat
     return shapes_[i];
   }
 
@@ -59,7 +53,6 @@ struct Near {
   const Unit& unit_;
   double s_;
   std::vector<OrientedTet> shapes_;
-  std::vector<char> oriented_;
 };
 
 void number_pairs(std::span<ContactRow> rows) {
@@ -112,7 +105,7 @@ void Detector::add_units(int body) {
   for (const CollisionComponent& component : source.mesh->components) {
     Unit unit{body, &component, Box3(), component.mass, {}};
     bool free = source.rigid && source.rigid->movable;
-    const std::span<const int> nodes = std::span(source.mesh->nodes).subspan(component.first_node, component.end_node - component.first_node);
+    const std::span<const int> nodes = source.mesh->nodes_of(component);
     for (const int node : nodes) {
       const Vec3 &now = source.x[node], &then = placed[body].x[node];
       const Vec3 move = then - now;

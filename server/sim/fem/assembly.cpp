@@ -1,7 +1,7 @@
 #include "server/sim/fem/assembly.h"
 
-#include "server/sim/quad.h"
 #include "server/sim/mesh/disjoint_sets.h"
+#include "server/sim/quad.h"
 
 #include <cassert>
 #include <functional>

@@ -22,7 +22,7 @@ void store_corners(const QuadMatrix& a, Mat34* to) {
   Quad all[12];
   for (int i = 0; i < 3; ++i) all[i] = -(a(i, 0) + a(i, 1) + a(i, 2));
   for (int k = 0; k < 9; ++k) all[3 + k] = a.m[k];
-  store_lanes_to<12>(all, {to[0].data(), to[1].data(), to[2].data(), to[3].data()});
+  store_rows<12>(all, to->data());
 }
 
 }  // namespace
@@ -33,8 +33,7 @@ bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int
   const QuadMatrix beta = load(&rest.beta[t]);
   const QuadMatrix F = product(edge_matrices(tets, t, x), beta);
   QuadLaw law;
-  law.set_materials([&](int lane) -> const FemMaterial& { return rest.material_of(t + lane); },
-                    [&](int lane) -> const Lame& { return rest.lame_of(t + lane); });
+  law.set_materials(rest, [&](int lane) { return t + lane; });
   if (!law.update(F, load(&plastic_strain[t]))) return false;
   // c_i = -sqrt(fill V) beta^T e_i, f_i = fill Q sigma n_i / 3 = sqrt(fill V) Q sigma c_i
   const Quad scale = load_four(&rest.fill[t]) * load_four(&rest.volume[t]), root = square_root(scale);

@@ -20,11 +20,11 @@ using QuadMatrix = LaneMatrix<Quad>;
 // Four matrices in a row.
 inline QuadMatrix load(const Mat3* four) {
   QuadMatrix a;
-  load_lanes_of<9>({four[0].data(), four[1].data(), four[2].data(), four[3].data()}, a.m);
+  load_rows<9>(four->data(), a.m);
   return a;
 }
 inline void store(const QuadMatrix& a, Mat3* four) {
-  store_lanes_to<9>(a.m, {four[0].data(), four[1].data(), four[2].data(), four[3].data()});
+  store_rows<9>(a.m, four->data());
 }
 
 template <class S>

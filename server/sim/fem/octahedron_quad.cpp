@@ -21,14 +21,17 @@ bool update_octahedron_quad(const RestBody& rest, const std::vector<Vec3>& x, co
   const int* nodes = &o.nodes[kClosedCorners * d];
   const double* cores = o.core[kClosedCorners * d].data();
   Quad r[kClosedCorners - 1][3], c[kClosedCorners][3], first[3];  // corners from the first; cores of all
-  for (int a = 0; a < kClosedCorners; ++a) {
-    Quad at[3];
+  const auto load_corner = [&](int a, Quad (&to)[3]) {
     load_vectors(x[nodes[a]].data(), x[nodes[kClosedCorners + a]].data(), x[nodes[2 * kClosedCorners + a]].data(),
-                 x[nodes[3 * kClosedCorners + a]].data(), at);
-    for (int i = 0; i < 3; ++i) (a == 0 ? first[i] : r[a - 1][i]) = a == 0 ? at[i] : at[i] - first[i];
+                 x[nodes[3 * kClosedCorners + a]].data(), to);
+  };
+  load_corner(0, first);
+  for (int a = 1; a < kClosedCorners; ++a) {
+    load_corner(a, r[a - 1]);
+    for (int i = 0; i < 3; ++i) r[a - 1][i] -= first[i];
   }
   constexpr int kNumbers = 3 * kClosedCorners;  // a lane's
-  load_lanes_of<kNumbers>({cores, cores + kNumbers, cores + 2 * kNumbers, cores + 3 * kNumbers}, &c[0][0]);
+  load_rows<kNumbers>(cores, &c[0][0]);
   for (int k = 0; k < 4; ++k) {
     Quad area[3], rest_volume;
     cross(r[1 + k], r[1 + (k + 1) % 4], area);
@@ -37,8 +40,7 @@ bool update_octahedron_quad(const RestBody& rest, const std::vector<Vec3>& x, co
   }
 
   QuadLaw law;
-  law.set_materials([&](int lane) -> const FemMaterial& { return rest.material_of(o.first_tet(d + lane)); },
-                    [&](int lane) -> const Lame& { return rest.lame_of(o.first_tet(d + lane)); });
+  law.set_materials(rest, [&](int lane) { return o.first_tet(d + lane); });
   const Quad volume = load_four(&o.volume[d]);
   Quad gamma[kClosedCorners - 1], z[3];
   for (int a = 0; a < kClosedCorners - 1; ++a)
@@ -69,10 +71,8 @@ bool update_octahedron_quad(const RestBody& rest, const std::vector<Vec3>& x, co
       core[0][i] -= core[a][i];
       force[0][i] -= force[a][i];
     }
-  double* core_to = e.core[kClosedCorners * d].data();
-  double* force_to = e.force[kClosedCorners * d].data();
-  store_lanes_to<kNumbers>(&core[0][0], {core_to, core_to + kNumbers, core_to + 2 * kNumbers, core_to + 3 * kNumbers});
-  store_lanes_to<kNumbers>(&force[0][0], {force_to, force_to + kNumbers, force_to + 2 * kNumbers, force_to + 3 * kNumbers});
+  store_rows<kNumbers>(&core[0][0], e.core[kClosedCorners * d].data());
+  store_rows<kNumbers>(&force[0][0], e.force[kClosedCorners * d].data());
   store(law.Q, &e.Q[d]);
   store(law.sigma, &e.sigma[d]);
   for (int lane = 0; lane < 4; ++lane) {

@@ -1,6 +1,5 @@
 #include "server/sim/fem/quad_law.h"
 
-#include "server/sim/fem/plasticity.h"
 #include "server/sim/fem/polar_factor.h"
 #include "server/sim/fem/rotation.h"
 
@@ -47,9 +46,8 @@ bool QuadLaw::update(const QuadMatrix& F, const QuadMatrix& plastic_strain) {
   Q = polar_factor(F, C, det, norm2);
 
   QuadMatrix S = transposed_product(Q, F);
-  for (int j = 0; j < 3; ++j) {
+  for (int j = 0; j < 3; ++j)
     for (int i = 0; i < j; ++i) S(i, j) = S(j, i) = 0.5 * (S(i, j) + S(j, i));
-  }
   const Quad trace = S(0, 0) + S(1, 1) + S(2, 2) - plastic_strain(0, 0) - plastic_strain(1, 1) - plastic_strain(2, 2) - 3;
   const Quad pressure = lambda_ * trace;
   for (int j = 0; j < 3; ++j)
@@ -59,7 +57,7 @@ bool QuadLaw::update(const QuadMatrix& F, const QuadMatrix& plastic_strain) {
     }
   stress = sigma;
   if (!any(deviatoric_)) return true;
-  const Mask balanced = deviatoric_ & nonzero(plastic_strain);
+  const Mask balanced = deviatoric_ & nonzero(plastic_strain);  // balances_moment
   if (any(balanced)) add_moment_balance(S, sigma, balanced, stress);
   return true;
 }

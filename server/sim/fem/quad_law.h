@@ -1,8 +1,7 @@
 #pragma once
 
-#include "server/sim/fem/corotational.h"
-#include "server/sim/fem/fem_material.h"
 #include "server/sim/fem/lane_matrix.h"
+#include "server/sim/fem/rest_body.h"
 
 // The co-rotated law of four elements at once, one in each lane of the vector unit. Lanes do not see each other.
 namespace crumple::sim::fem {
@@ -10,12 +9,13 @@ namespace crumple::sim::fem {
 // From four deformation gradients to rotations and stresses.
 class QuadLaw {
  public:
-  // material(lane), lame(lane): of the element in a lane.
-  void set_materials(const auto& material, const auto& lame) {
+  // tet_of(lane): a tet of the lane's material.
+  void set_materials(const RestBody& rest, const auto& tet_of) {
     for (int lane = 0; lane < 4; ++lane) {
-      const FemMaterial& m = material(lane);
-      lambda_[lane] = lame(lane).lambda;
-      mu_[lane] = lame(lane).mu;
+      const int t = tet_of(lane);
+      const FemMaterial& m = rest.material_of(t);
+      lambda_[lane] = rest.lame_of(t).lambda;
+      mu_[lane] = rest.lame_of(t).mu;
       qr_[lane] = m.rotation == RotationRule::polar_qr ? -1 : 0;
       deviatoric_[lane] = m.flow == FlowRule::deviatoric ? -1 : 0;
     }

@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
-
 namespace crumple::sim::fem {
 
 namespace {

@@ -45,6 +45,19 @@ void CompositeMultigrid::LevelPart::follow(const linear_solver::MultigridHierarc
   diagonal = level.A.diagonal();
 }
 
+inline Lanes CompositeMultigrid::LevelPart::product(int i, const Lanes* x) const {
+  Lanes s0{}, s1{}, s2{};
+  const int stop = row_start[i + 1];
+  for (int k = row_start[i]; k < stop; ++k) {
+    const float* B = values + 9 * static_cast<std::ptrdiff_t>(k);
+    const float* v = reinterpret_cast<const float*>(x + columns[k]);
+    s0 = multiply_add(load_lanes(B), linear_solver::lanes(v[0]), s0);
+    s1 = multiply_add(load_lanes(B + 3), linear_solver::lanes(v[1]), s1);
+    s2 = multiply_add(load_lanes(B + 6), linear_solver::lanes(v[2]), s2);
+  }
+  return s0 + s1 + s2;
+}
+
 CompositeMultigrid::CompositeMultigrid(std::span<const MultigridPart> parts, std::span<const Mat3> rigid,
                                        const contact::ContactRows& rows, const ThreadPool& pool)
     : pool_(pool), rigid_(rigid.begin(), rigid.end()) {
@@ -164,18 +177,7 @@ void CompositeMultigrid::each_row(Level& level, const Finish& finish) const {
     for (const LevelPart& part : level.parts) {
       const Lanes* x = level.x.data() + part.first;
       const int last = std::min(end, part.first + part.count);
-      for (int i = std::max(begin, part.first); i < last; ++i) {
-        Lanes s0{}, s1{}, s2{};
-        const int stop = part.row_start[i - part.first + 1];
-        for (int k = part.row_start[i - part.first]; k < stop; ++k) {
-          const float* B = part.values + 9 * static_cast<std::ptrdiff_t>(k);
-          const float* v = reinterpret_cast<const float*>(x + part.columns[k]);
-          s0 = multiply_add(load_lanes(B), linear_solver::lanes(v[0]), s0);
-          s1 = multiply_add(load_lanes(B + 3), linear_solver::lanes(v[1]), s1);
-          s2 = multiply_add(load_lanes(B + 6), linear_solver::lanes(v[2]), s2);
-        }
-        complete(i, s0 + s1 + s2);
-      }
+      for (int i = std::max(begin, part.first); i < last; ++i) complete(i, part.product(i - part.first, x));
     }
     for (int i = std::max(begin, level.rigid_first); i < end; ++i) complete(i, Lanes{});
   };

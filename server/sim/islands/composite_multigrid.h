@@ -41,6 +41,8 @@ class CompositeMultigrid {
     explicit LevelPart(const MultigridPart& part);
     void follow(const linear_solver::MultigridHierarchy::Level& level);  // from the next finer level
 
+    Lanes product(int i, const Lanes* x) const;  // off-diagonal part of row i times x, both the part's own
+
     // The part's matrix: pattern, off-diagonal and diagonal blocks.
     std::span<const int> row_start, columns;
     const float* values;

@@ -11,8 +11,6 @@ namespace {
 
 int padded(int rows) { return (rows + 3) & ~3; }
 
-double sum(Quad v) { return (v[0] + v[1]) + (v[2] + v[3]); }
-
 // sum_c L_c x_c of Columns columns, `rows` long, onto y.
 template <int Columns>
 void add_columns(const float* L, int rows, const double* x, double* y) {
@@ -33,7 +31,7 @@ void subtract_dots(const float* L, int rows, const double* y, double* x) {
     const Quad v = load_four(y + i);
     for (int c = 0; c < Columns; ++c) dot[c] = multiply_add(load_four(L + static_cast<std::ptrdiff_t>(c) * rows + i), v, dot[c]);
   }
-  for (int c = 0; c < Columns; ++c) x[c] -= sum(dot[c]);
+  for (int c = 0; c < Columns; ++c) x[c] -= sum_of_lanes(dot[c])[0];
 }
 
 // four(c) for columns c to c + 3, then one(c) for each that is left.

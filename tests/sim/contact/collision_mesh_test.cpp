@@ -41,7 +41,8 @@ TEST(CollisionMesh, PartsThatShareOnlyAnEdgeAreComponents) {
   for (const CollisionComponent& part : mesh.components) {
     std::set<int> expected;
     for (int k = part.begin; k < part.end; ++k) expected.insert(mesh.tets[k].nodes.begin(), mesh.tets[k].nodes.end());
-    const std::multiset<int> nodes(mesh.nodes.begin() + part.first_node, mesh.nodes.begin() + part.end_node);
+    const std::span<const int> listed = mesh.nodes_of(part);
+    const std::multiset<int> nodes(listed.begin(), listed.end());
     EXPECT_TRUE(std::ranges::equal(nodes, expected));
     EXPECT_EQ(nodes.size(), 8u);
   }
