@@ -77,9 +77,8 @@ void World::Impl::break_joints(StepReport& report) {
 }
 
 void World::Impl::deform_examples(StepReport& report) {
-  pool.for_chunks(static_cast<int>(examples.size()), 1, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k)
-      if (!is_asleep(body_part(examples[k].id))) examples[k].deform(scene.dt, scene.rate_dt, pool);
+  pool.for_jobs(static_cast<int>(examples.size()), [&](int k) {
+    if (!is_asleep(body_part(examples[k].id))) examples[k].deform(scene.dt, scene.rate_dt, pool);
   });
   example_times = {};
   for (ExampleBody& body : examples) {

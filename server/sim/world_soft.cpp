@@ -83,13 +83,11 @@ void World::Impl::assemble() {
     }
   }
   // Many small bodies fill the threads one each; the passes inside a large one do so themselves.
-  pool.for_chunks(static_cast<int>(soft.size()), 1, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      switch (sleepers.activity(body_part(soft[k].id))) {
-        case islands::Activity::live: soft[k].assemble(scene.gravity, scene.dt, pool); break;
-        case islands::Activity::kinematic: soft[k].assemble_kinematic(pool); break;
-        case islands::Activity::asleep: break;
-      }
+  pool.for_jobs(static_cast<int>(soft.size()), [&](int k) {
+    switch (sleepers.activity(body_part(soft[k].id))) {
+      case islands::Activity::live: soft[k].assemble(scene.gravity, scene.dt, pool); break;
+      case islands::Activity::kinematic: soft[k].assemble_kinematic(pool); break;
+      case islands::Activity::asleep: break;
     }
   });
 }
@@ -164,9 +162,7 @@ void World::Impl::solve(StepReport& report) {
   const contact::FrictionMemory before = std::exchange(friction, {});
   const auto solutions = islands::solve_all(in_one, island_bodies, options, before, pool);
   std::vector<std::vector<Solved>> broken_up(whole_count);
-  pool.for_chunks(static_cast<int>(whole_count), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) broken_up[i] = solve_breaking(composite[i], solutions[i], before);
-  });
+  pool.for_jobs(static_cast<int>(whole_count), [&](int i) { broken_up[i] = solve_breaking(composite[i], solutions[i], before); });
   const auto finish = [&](const islands::CompositeIsland& island, const islands::IslandSolution& solution,
                           std::span<const islands::IslandBody> bodies, IslandAccount& account) {
     account_contact(island, solution, bodies, account);
@@ -253,11 +249,9 @@ void World::Impl::fracture(StepReport& report) {
   hand_over();  // what was drawn before is drawn as it was
   if (broke.empty()) return;
   std::vector<BodyTopology> drawn(broke.size());
-  pool.for_chunks(static_cast<int>(broke.size()), 1, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      soft[broke[k]].draw();
-      drawn[k] = soft[broke[k]].topology();
-    }
+  pool.for_jobs(static_cast<int>(broke.size()), [&](int k) {
+    soft[broke[k]].draw();
+    drawn[k] = soft[broke[k]].topology();
   });
   for (std::size_t k = 0; k < broke.size(); ++k) {
     const std::size_t b = broke[k];

@@ -9,7 +9,7 @@
 namespace crumple::sim::contact {
 namespace {
 
-constexpr int kRowChunk = 256;  // rows or blocks a task
+constexpr int kRowChunk = 64;  // rows or blocks a task
 
 }  // namespace
 

@@ -280,6 +280,10 @@ void StepSystem::multiply(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen:
   std::visit([&](const auto& matrix) { matrix.multiply(x, y, pool); }, A);
 }
 
+void StepSystem::multiply_rows(int begin, int end, const double* x, double* y) const {
+  std::visit([&](const auto& matrix) { matrix.multiply_rows(begin, end, x, y); }, A);
+}
+
 const std::vector<Mat3>& StepSystem::diagonal() const {
   return std::visit([](const auto& matrix) -> const std::vector<Mat3>& { return matrix.diagonal(); }, A);
 }

@@ -50,6 +50,7 @@ class StepSystem {
 
   // y = A x; x, y: 3n, node-major; segments of longer vectors are welcome.
   void multiply(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> y, const ThreadPool& pool) const;
+  void multiply_rows(int begin, int end, const double* x, double* y) const;  // those nodes of y alone
   const std::vector<Mat3>& diagonal() const;  // diagonal blocks of A, one a node
   Eigen::SparseMatrix<double> to_sparse() const;
 

@@ -193,11 +193,9 @@ std::vector<IslandSolution> solve_all(std::span<CompositeIsland> islands, std::s
   const int all = std::accumulate(blocks.begin(), blocks.end(), 0);
   const ThreadPool alone(1);
   std::vector<IslandSolution> solutions(islands.size());
-  pool.for_chunks(static_cast<int>(islands.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const int k = order[i];
-      solutions[k] = solve(islands[k], bodies, options[k], memory, is_large(blocks[k], all) ? pool : alone);
-    }
+  pool.for_jobs(static_cast<int>(islands.size()), [&](int i) {
+    const int k = order[i];
+    solutions[k] = solve(islands[k], bodies, options[k], memory, is_large(blocks[k], all) ? pool : alone);
   });
   return solutions;
 }

@@ -12,7 +12,7 @@ namespace {
 using linear_solver::load_lanes;
 using linear_solver::multiply_add;
 
-constexpr int kRowsPerChunk = 1024;
+constexpr int kRowsPerChunk = 64;  // some 2 us
 // The polynomial's interval, as parts of its upper end. Degree one still smooths at that and kLow of it. Measured on every
 // level of meshes of tets, whose bound is 4: up to 2.4 in whole meshes, 3.3 in broken ones.
 constexpr double kHigh = 3.7 / 4;      // of the largest spectral bound of the island's bodies

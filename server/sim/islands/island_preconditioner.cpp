@@ -58,11 +58,9 @@ void IslandPreconditioner::apply(const VectorXd& r, VectorXd& z) {
 void IslandPreconditioner::apply_factors(const VectorXd& r, VectorXd& z) {
   const IslandSystem::FactorPart& last = factors_.back();
   if (last.first_block + last.blocks < system_.blocks()) jacobi_.apply(r, z, pool_);  // rigid bodies, which come last
-  pool_.for_chunks(static_cast<int>(factors_.size()), 1, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      const IslandSystem::FactorPart& part = factors_[k];
-      part.factor->apply(r.segment(3 * part.first_block, 3 * part.blocks), z.segment(3 * part.first_block, 3 * part.blocks));
-    }
+  pool_.for_jobs(static_cast<int>(factors_.size()), [&](int k) {
+    const IslandSystem::FactorPart& part = factors_[k];
+    part.factor->apply(r.segment(3 * part.first_block, 3 * part.blocks), z.segment(3 * part.first_block, 3 * part.blocks));
   });
 }
 

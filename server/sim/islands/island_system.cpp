@@ -1,6 +1,7 @@
 #include "server/sim/islands/island_system.h"
 
 #include <algorithm>
+#include <functional>
 #include <variant>
 
 namespace crumple::sim::islands {
@@ -19,6 +20,8 @@ constexpr double kModesStiffness = 20;  // rigid modes for their set-up
 // Up to so many nodes, and as stiff as that, a factor costs less than any other; of larger ones making it is a long step.
 constexpr int kFactorNodes = 300;
 
+constexpr int kRowsPerChunk = 64;  // of a product, some 3 us
+
 // Whether momentum leaves the island through the row.
 bool is_anchored(const contact::ContactRow& row) {
   return std::ranges::any_of(row.sides, [](const contact::ContactSide& s) { return !s.rigid && s.node_count < 4; });
@@ -32,6 +35,7 @@ IslandSystem::IslandSystem(const CompositeIsland& island, std::span<const Island
     first_block_[body] = blocks_;
     blocks_ += bodies[body].system->node_count();
   }
+  soft_blocks_ = blocks_;
   for (const int body : island.rigid) {
     first_block_[body] = blocks_;
     blocks_ += 2;
@@ -62,11 +66,17 @@ void IslandSystem::start_from(VectorXd& x) const {
 }
 
 void IslandSystem::multiply(const VectorXd& x, VectorXd& y, const ThreadPool& pool) const {
-  for (const int body : island_.soft) {
-    const fem::StepSystem& s = *bodies_[body].system;
-    const int begin = 3 * first_block_[body], size = 3 * s.node_count();
-    s.multiply(x.segment(begin, size), y.segment(begin, size), pool);
-  }
+  // One loop over the rows of all bodies: small ones would not fill the threads.
+  const auto rows = [&](int begin, int end) {
+    auto body = std::ranges::upper_bound(island_.soft, begin, {}, [&](int b) { return first_block_[b]; }) - 1;
+    for (; begin < end; ++body) {
+      const fem::StepSystem& s = *bodies_[*body].system;
+      const int first = first_block_[*body], stop = std::min(end - first, s.node_count());
+      s.multiply_rows(begin - first, stop, x.data() + 3 * first, y.data() + 3 * first);
+      begin = first + stop;
+    }
+  };
+  pool.for_chunks(soft_blocks_, kRowsPerChunk, std::cref(rows));
   for (const int body : island_.rigid) {
     const RigidPart& part = *bodies_[body].rigid;
     const int begin = 3 * first_block_[body];

@@ -59,7 +59,7 @@ class IslandSystem {
   const CompositeIsland& island_;
   std::span<const IslandBody> bodies_;
   std::vector<int> first_block_;
-  int blocks_ = 0;
+  int blocks_ = 0, soft_blocks_ = 0;  // those of soft bodies come first
 };
 
 }  // namespace crumple::sim::islands

@@ -10,7 +10,7 @@ namespace {
 
 using linear_solver::multiply_add;
 
-constexpr int kRowsPerChunk = 512;
+constexpr int kRowsPerChunk = 64;
 
 Lanes to_lanes(const Vec3& v) {
   return Lanes{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), 0};

@@ -11,7 +11,7 @@ namespace crumple::sim::linear_solver {
 
 namespace {
 
-constexpr int kBlocksPerChunk = 1024;
+constexpr int kBlocksPerChunk = 256;
 
 Mat3 inverse_or_identity(const Mat3& D) {
   // Leading minors: positive definite without a square root.

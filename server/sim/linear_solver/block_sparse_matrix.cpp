@@ -10,7 +10,7 @@ namespace crumple::sim::linear_solver {
 
 namespace {
 
-constexpr int kRowsPerChunk = 256;
+constexpr int kRowsPerChunk = 64;  // some 3 us
 
 }  // namespace
 

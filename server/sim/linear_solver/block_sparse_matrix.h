@@ -58,13 +58,12 @@ class BlockSparseMatrix {
   // y = A x; x, y: 3 rows(), node-major, not the same array. Products and sums are double; each row is one thread's, so
   // the bits do not depend on the number of threads.
   void multiply(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> y, const ThreadPool& pool) const;
+  void multiply_rows(int begin, int end, const double* x, double* y) const;  // those block rows of y alone
 
   // The same matrix entry by entry, both triangles.
   Eigen::SparseMatrix<double> to_sparse() const;
 
  private:
-  void multiply_rows(int begin, int end, const double* x, double* y) const;
-
   std::vector<int> row_start_{0};
   std::vector<int> columns_;
   std::vector<Scalar> values_;  // 9 a block, column-major, and one more: products load four at a time

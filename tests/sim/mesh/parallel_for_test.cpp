@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <numeric>
+#include <stdexcept>
+#include <thread>
 #include <vector>
 
 namespace crumple::sim {
@@ -33,12 +37,71 @@ TEST(ThreadPool, OneThreadTakesRangesInOrder) {
   EXPECT_TRUE(std::ranges::is_sorted(order));
 }
 
+TEST(ThreadPool, WhatARangeThrowsReachesTheCallerAndThePoolGoesOn) {
+  const ThreadPool pool(3);
+  for (int round = 0; round < 50; ++round) {
+    std::vector<int> done(64, 0);
+    const auto body = [&](int begin, int) {
+      if (begin % 16 == 5) throw std::runtime_error("range");
+      done[begin] = 1;
+    };
+    EXPECT_THROW(pool.for_chunks(64, 1, body), std::runtime_error);
+    EXPECT_EQ(std::ranges::count(done, 1), 60);
+    const auto thrower = [](int begin, int) {
+      if (begin == 5) throw std::runtime_error("range");
+    };
+    EXPECT_THROW(pool.for_jobs(8, [&](int) { pool.for_chunks(64, 1, thrower); }), std::runtime_error);
+  }
+}
+
+TEST(ThreadPool, ThreadsThatShareItWaitForTheirOwnRangesAlone) {
+  const ThreadPool pool(3);
+  std::vector<std::jthread> callers;
+  std::vector<int> rounds(4, 0);
+  for (int caller = 0; caller < 4; ++caller) {
+    callers.emplace_back([&, caller] {
+      for (int round = 0; round < 300; ++round) {
+        std::vector<int> done(200, 0);
+        pool.for_chunks(200, 7, [&](int begin, int end) {
+          pool.for_chunks(end - begin, 2, [&](int first, int last) {
+            pool.for_chunks(last - first, 1, [&](int k, int) { ++done[begin + first + k]; });  // deeper than the pool goes
+          });
+        });
+        rounds[caller] += std::ranges::count(done, 1) == 200;
+      }
+    });
+  }
+  callers.clear();
+  EXPECT_EQ(rounds, std::vector<int>(4, 300));
+}
+
+TEST(ThreadPool, MoreRangesThanAShareHoldsAreAllDone) {
+  const ThreadPool pool(2);
+  std::vector<char> done(200'000, 0);
+  pool.for_chunks(200'000, 1, [&](int begin, int) { ++done[begin]; });
+  EXPECT_EQ(std::ranges::count(done, 1), 200'000);
+}
+
+TEST(ThreadPool, WakesAfterIdleTime) {
+  const ThreadPool pool(4);
+  for (int round = 0; round < 20; ++round) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));  // longer than threads stay awake
+    std::atomic<int> begun = 0;
+    // The first job waits for a second: for ever, were they done by one thread alone.
+    pool.for_jobs(4, [&](int) {
+      ++begun;
+      while (begun < 2) std::this_thread::yield();
+    });
+    EXPECT_EQ(begun, 4);
+  }
+}
+
 TEST(ThreadPool, AFewJobsWithLoopsInsideFinishWhateverTheirSizes) {
   const ThreadPool pool(4);
   std::vector<double> sums(6, 0);
   for (int round = 0; round < 200; ++round) {
     std::ranges::fill(sums, 0.0);
-    pool.for_chunks(6, 1, [&](int job, int) {
+    pool.for_jobs(6, [&](int job) {
       std::vector<double> partial(1 << (2 * job), 0);
       pool.for_chunks(static_cast<int>(partial.size()), 1, [&](int begin, int) { partial[begin] = 1; });
       sums[job] = std::accumulate(partial.begin(), partial.end(), 0.0);
