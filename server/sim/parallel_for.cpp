@@ -70,7 +70,9 @@ class ThreadPool::Team {
  public:
   explicit Team(int threads) : outer_(threads), looks_(threads <= static_cast<int>(std::thread::hardware_concurrency()) ? kLooks : 0) {
     for (int t = 0; t < threads; ++t) inner_.push_back(std::make_unique<Loop>(threads));
-    for (int t = 1; t < threads; ++t) workers_.emplace_back([this, t] { help(t); });
+    for (int t = 1; t < threads; ++t) {
+      workers_.emplace_back([this, t, seen = std::vector<std::uint32_t>(threads + 1, 0)]() mutable { help(t, seen); });
+    }
   }
   ~Team() {
     stopping_ = true;
@@ -137,8 +139,8 @@ class ThreadPool::Team {
     return done > 0;
   }
 
-  void help(int thread) {
-    std::vector<std::uint32_t> seen(inner_.size() + 1, 0);
+  // seen: number of the last loop that was looked into, of outer_ and each of inner_.
+  void help(int thread, std::vector<std::uint32_t>& seen) {
     const auto look = [&](std::size_t l, Loop& loop, int depth) {
       const std::uint32_t number = loop.open.load(std::memory_order_acquire);
       return number != std::exchange(seen[l], number) && take_part(loop, number, {this, thread, depth});

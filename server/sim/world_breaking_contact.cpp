@@ -41,11 +41,15 @@ World::Impl::Alone World::Impl::alone(const islands::CompositeIsland& island) co
 
 bool World::Impl::break_ahead(const islands::CompositeIsland& island, const islands::IslandSolution& solution, int round) {
   if (round >= kMaxRounds || !solution.finite) return false;
+  const auto may_break = [&](int b) { return soft[b].rest.breakable() && !spent[b] && touches(island, b); };
+  if (std::ranges::none_of(island.soft, may_break)) return false;
   bool any = false;
   for (std::size_t k = 0; k < island.soft.size(); ++k) {
     const int b = island.soft[k];
-    Eigen::VectorXd& v_ahead = island_bodies[b].start.emplace(solution.soft_velocity(static_cast<int>(k)));
-    if (!soft[b].rest.breakable() || spent[b] || !touches(island, b)) continue;
+    Eigen::VectorXd& v_ahead = island_bodies[b].start;
+    v_ahead = solution.soft_velocity(static_cast<int>(k));
+    island_bodies[b].has_start = true;
+    if (!may_break(b)) continue;
     const FractureOutcome outcome =
         soft[b].fracture_ahead(v_ahead, scene.dt, scene.creep_dt, scene.seed, step, round, pool);
     broken[b] += outcome;
@@ -53,7 +57,11 @@ bool World::Impl::break_ahead(const islands::CompositeIsland& island, const isla
     any = any || outcome.splits > 0;
   }
   // Solves of what broke start where this one ended.
-  for (const auto& [b, v, w] : solution.rigid) (island_bodies[b].start.emplace(6)) << v, w;
+  for (const auto& [b, v, w] : solution.rigid) {
+    island_bodies[b].start.resize(6);
+    island_bodies[b].start << v, w;
+    island_bodies[b].has_start = true;
+  }
   return any;
 }
 

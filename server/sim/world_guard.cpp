@@ -14,12 +14,13 @@ guard::Rung World::Impl::rung(const islands::CompositeIsland& island) const {
   return highest;
 }
 
-void World::Impl::open_account(const islands::CompositeIsland& island) {
-  IslandAccount account{.soft = island.soft};
+void World::Impl::open_account(const islands::CompositeIsland& island, IslandAccount& account) const {
+  account.soft = island.soft;
+  account.energy = account.work = account.residual = 0;
+  account.capped = false;
   for (int b : island.soft) {
     if (!soft[b].frozen) account.energy += soft_energy[b].moving + soft_energy[b].gravitational;
   }
-  accounts.push_back(std::move(account));
 }
 
 void World::Impl::watch() {

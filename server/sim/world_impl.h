@@ -4,6 +4,7 @@
 #include "server/sim/bodies/soft_body.h"
 #include "server/sim/bodies/solid_body.h"
 #include "server/sim/guard/island_guard.h"
+#include "server/sim/contact/detect.h"
 #include "server/sim/contact/sweep_and_prune.h"
 #include "server/sim/islands/composite_island.h"
 #include "server/sim/islands/sleep.h"
@@ -84,7 +85,10 @@ struct World::Impl {
   std::vector<contact::CollisionPlane> planes;
   std::vector<islands::IslandBody> island_bodies;        // as collision_bodies
   std::vector<islands::CompositeIsland> composite;
+  std::vector<islands::IslandOptions> island_options;    // one of each that is solved in one
+  std::vector<islands::IslandSolution> solutions;
   std::vector<contact::ContactRow> rows;
+  contact::FrictionMemory friction_before;               // of the step before
   std::vector<char> was_capped;                          // one a soft body: its last solve ended at its cap
   std::vector<FractureOutcome> broken;                   // one a soft body: in this step so far
   std::vector<char> spent;                               // one a soft body: most of what breaks in this step has
@@ -92,6 +96,17 @@ struct World::Impl {
   std::vector<char> disturbed;                           // by Part: commands or scripts move it in this step
   std::vector<contact::Box3> sleeping_box;               // by Part, of those that are asleep
   std::vector<char> all_fixed;                           // ones: no node of a sleeper is an unknown
+  // What stages work in, kept so that steps allocate nothing.
+  contact::DetectionMemory detection;
+  islands::SolveMemories solve_memories;
+  mutable std::vector<int> seen_part;                    // of each body: workload()
+  std::vector<char> still;                               // by Part: settle()
+  struct {
+    std::vector<contact::Box3> live, asleep;
+    std::vector<std::size_t> sleeper;
+    std::vector<contact::IndexPair> pairs;
+    std::vector<char> near;
+  } hiding;                                              // hide_far_sleepers()
   struct Work {
     double contact = 0;                                  // [J]
     double rigid_commands = 0;                           // on rigid and example-based bodies [J]
@@ -158,8 +173,8 @@ struct World::Impl {
 
   guard::Rung rung(const islands::CompositeIsland& island) const;  // the highest of its bodies'
   islands::IslandOptions solve_options(const islands::CompositeIsland& island) const;
-  std::vector<islands::IslandBody> bodies_for_islands();
-  void open_account(const islands::CompositeIsland& island);
+  void fill_island_bodies();
+  void open_account(const islands::CompositeIsland& island, IslandAccount& account) const;
   void take(const islands::CompositeIsland& island, const islands::IslandSolution& solution, double h, IslandAccount& account,
             StepReport& report);
   void sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before, IslandAccount& account,
@@ -181,6 +196,7 @@ struct World::Impl {
     std::vector<contact::CollisionBody> bodies;
     std::vector<islands::IslandBody> unknowns;
   };
+  std::vector<std::vector<Solved>> broken_up;            // of each island: its parts, if it broke in this step
   Alone alone(const islands::CompositeIsland& island) const;
   contact::CollisionBody collision_body(const SoftBody& body) const;
 

@@ -2,6 +2,7 @@
 #include "server/sim/world_impl.h"
 
 #include <algorithm>
+#include <functional>
 #include <cmath>
 
 // Islands that sleep and wake [Parker & O'Brien 2009, section 4]: what makes a body fall asleep at the end of a step, and what
@@ -64,7 +65,8 @@ bool World::Impl::sleeps(BodyId id) const {
 
 Workload World::Impl::workload() const {
   Workload load;
-  std::vector<Part> parts(places.size());  // of each body one that is live, or else one that sleeps, if there are any
+  std::vector<Part>& parts = seen_part;  // of each body one that is live, or else one that sleeps, if there are any
+  parts.resize(places.size());
   for (BodyId id = 0; id < places.size(); ++id) parts[id] = body_part(id);
   for (int k = 0; k < static_cast<int>(debris.size()); ++k) {
     Part& part = parts[soft[debris[k].soft].id];
@@ -198,8 +200,8 @@ void World::Impl::feel_motion(Part mover, const Box3& box) {
 void World::Impl::hide_far_sleepers() {
   if (!sleepers.any_asleep()) return;
   static const contact::CollisionMesh nothing;
-  std::vector<Box3> live, asleep;
-  std::vector<std::size_t> sleeper;
+  auto& [live, asleep, sleeper, pairs, near] = hiding;
+  live.clear(), asleep.clear(), sleeper.clear();
   for (std::size_t b = 0; b < collision_bodies.size(); ++b) {
     const Part part = part_of(static_cast<int>(b));
     if (is_live(part)) live.push_back(way_of(collision_bodies[b], scene.gravity, scene.dt));
@@ -207,9 +209,8 @@ void World::Impl::hide_far_sleepers() {
     asleep.push_back(sleeping_box[part]);
     sleeper.push_back(b);
   }
-  std::vector<contact::IndexPair> pairs;
   contact::sweep_and_prune(live, asleep, pairs);
-  std::vector<char> near(sleeper.size(), 0);
+  near.assign(sleeper.size(), 0);
   for (const auto& [a, b] : pairs) near[b] = 1;
   for (std::size_t k = 0; k < sleeper.size(); ++k) {
     if (near[k]) continue;
@@ -255,9 +256,12 @@ void World::Impl::note_contacts() {
   };
   for (const islands::CompositeIsland& island : composite) {
     // A chain through all of them says that they are one island as well as all their contacts do.
-    std::vector<int> members = island.soft;
-    members.insert(members.end(), island.rigid.begin(), island.rigid.end());
-    for (std::size_t k = 1; k < members.size(); ++k) touch(part_of(members[k - 1]), part_of(members[k]));
+    int last = -1;
+    for (const std::vector<int>* members : {&island.soft, &island.rigid})
+      for (const int member : *members) {
+        if (last >= 0) touch(part_of(last), part_of(member));
+        last = member;
+      }
     for (const contact::ContactRow& row : island.rows) {
       const int a = row.sides[0].body, b = row.sides[1].body;
       if (b >= static_cast<int>(collision_ids.size())) continue;
@@ -325,11 +329,12 @@ void World::Impl::settle(StepReport& report) {
   report.workload = workload();
   if (scene.sleep.speed == 0 || report.workload.live_bodies == 0) return;
   note_contacts();
-  std::vector<char> still(part_count(), 0);
-  pool.for_chunks(part_count(), 4, [&](int begin, int end) {
+  still.assign(part_count(), 0);
+  const auto look = [&](int begin, int end) {
     for (Part part = begin; part < end; ++part)
       if (is_live(part)) still[part] = rests(part);
-  });
+  };
+  pool.for_chunks(part_count(), 4, std::cref(look));
   const std::vector<int> fell = sleepers.settle(still, steps_of_rest());
   if (fell.empty()) return;
   std::vector<char> with_soft(part_count(), 0);

@@ -3,6 +3,7 @@
 #include "server/sim/world_impl.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 // The stages around the implicit solve: prescribed motion, contact, assembly, composite islands, and what happens to
@@ -70,7 +71,7 @@ void World::Impl::detect_contact(StepReport& report) {
   do {  // again where sleepers woke: what they touch in turn
     place_for_contact();
     hide_far_sleepers();
-    rows = contact::detect({collision_bodies, planes, scene.gravity, scene.dt, scene.contact}, pool);
+    contact::detect({collision_bodies, planes, scene.gravity, scene.dt, scene.contact}, pool, detection, rows);
   } while (wake_touched());
   report.contacts = static_cast<int>(rows.size());
   report.worst_penetration = std::max(report.worst_penetration, contact::deepest(rows));
@@ -83,18 +84,21 @@ void World::Impl::assemble() {
     }
   }
   // Many small bodies fill the threads one each; the passes inside a large one do so themselves.
-  pool.for_jobs(static_cast<int>(soft.size()), [&](int k) {
+  const auto job = [&](int k) {
     switch (sleepers.activity(body_part(soft[k].id))) {
       case islands::Activity::live: soft[k].assemble(scene.gravity, scene.dt, pool); break;
       case islands::Activity::kinematic: soft[k].assemble_kinematic(pool); break;
       case islands::Activity::asleep: break;
     }
-  });
+  };
+  pool.for_jobs(static_cast<int>(soft.size()), std::cref(job));
 }
 
-std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
-  std::vector<islands::IslandBody> bodies(collision_bodies.size());
+void World::Impl::fill_island_bodies() {
+  std::vector<islands::IslandBody>& bodies = island_bodies;
+  bodies.resize(collision_bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
+    bodies[b].clear();
     if (!is_live(part_of(static_cast<int>(b)))) continue;
     const BodyId id = collision_ids[b];
     if (is_debris(static_cast<int>(b))) {
@@ -120,7 +124,6 @@ std::vector<islands::IslandBody> World::Impl::bodies_for_islands() {
     part.b_w = rigid.angular_momentum(id);
     bodies[b].rigid = part;
   }
-  return bodies;
 }
 
 islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland& island) const {
@@ -143,26 +146,32 @@ islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland
 void World::Impl::solve(StepReport& report) {
   broken.assign(soft.size(), {});
   spent.assign(soft.size(), 0);
-  accounts.clear();
-  composite.clear();
-  if (soft.empty()) return;
-  island_bodies = bodies_for_islands();
-  composite = islands::composite_islands(island_bodies, std::move(rows));
+  if (soft.empty()) {
+    composite.clear();
+    accounts.clear();
+    return;
+  }
+  fill_island_bodies();
+  islands::composite_islands(island_bodies, rows, composite);
   rows.clear();
+  accounts.resize(composite.size());
   if (composite.empty()) return;  // what the friction of sleepers was stays remembered
   // Islands that the guard lets take smaller steps come after the others.
-  const auto whole = std::stable_partition(composite.begin(), composite.end(), [&](const islands::CompositeIsland& island) {
-    return rung(island) < guard::Rung::sub_steps;
-  });
-  for (const islands::CompositeIsland& island : composite) open_account(island);
-  const std::size_t whole_count = static_cast<std::size_t>(whole - composite.begin());
+  const auto in_one_step = [&](const islands::CompositeIsland& island) { return rung(island) < guard::Rung::sub_steps; };
+  std::size_t whole_count = composite.size();
+  if (!std::ranges::all_of(composite, in_one_step))
+    whole_count = static_cast<std::size_t>(std::stable_partition(composite.begin(), composite.end(), in_one_step) - composite.begin());
+  for (std::size_t i = 0; i < composite.size(); ++i) open_account(composite[i], accounts[i]);
   const std::span<islands::CompositeIsland> in_one(composite.data(), whole_count);
-  std::vector<islands::IslandOptions> options;
-  for (const islands::CompositeIsland& island : in_one) options.push_back(solve_options(island));
-  const contact::FrictionMemory before = std::exchange(friction, {});
-  const auto solutions = islands::solve_all(in_one, island_bodies, options, before, pool);
-  std::vector<std::vector<Solved>> broken_up(whole_count);
-  pool.for_jobs(static_cast<int>(whole_count), [&](int i) { broken_up[i] = solve_breaking(composite[i], solutions[i], before); });
+  island_options.clear();
+  for (const islands::CompositeIsland& island : in_one) island_options.push_back(solve_options(island));
+  std::swap(friction, friction_before);
+  friction.entries.clear();
+  const contact::FrictionMemory& before = friction_before;
+  islands::solve_all(in_one, island_bodies, island_options, before, pool, solve_memories, solutions);
+  broken_up.resize(whole_count);
+  const auto break_up = [&](int i) { broken_up[i] = solve_breaking(composite[i], solutions[i], before); };
+  pool.for_jobs(static_cast<int>(whole_count), std::cref(break_up));
   const auto finish = [&](const islands::CompositeIsland& island, const islands::IslandSolution& solution,
                           std::span<const islands::IslandBody> bodies, IslandAccount& account) {
     account_contact(island, solution, bodies, account);

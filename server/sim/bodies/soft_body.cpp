@@ -168,8 +168,9 @@ void SoftBody::assemble_backward_euler(const Vec3& gravity, double h, const Thre
   elements_at_state_ = true;
 }
 
-Eigen::VectorXd SoftBody::external_force(const Vec3& gravity) const {
-  Eigen::VectorXd f(3 * node_count());
+const Eigen::VectorXd& SoftBody::external_force(const Vec3& gravity) {
+  Eigen::VectorXd& f = external_force_;
+  f.resize(3 * node_count());
   for (int n = 0; n < node_count(); ++n) f.segment<3>(3 * n) = rest.node_mass[n] * gravity;
   if (command_force_.size() > 0) f += command_force_;
   return f;

@@ -166,7 +166,7 @@ class SoftBody {
   void push_node(const NodeRef& at, const Vec3& impulse_W);
   void choose_formula(double dt, const ThreadPool& pool);
   void assemble_backward_euler(const Vec3& gravity, double h, const ThreadPool& pool);
-  Eigen::VectorXd external_force(const Vec3& gravity) const;  // 3n, gravity and commands [N]
+  const Eigen::VectorXd& external_force(const Vec3& gravity);  // 3n, gravity and commands [N]; until the next call
   void measure(double dt);
   fem::Elements elements_now() const;  // at state.x
   bool may_break(std::uint64_t step) const;
@@ -187,6 +187,7 @@ class SoftBody {
   std::vector<fem::PrescribedNode> prescribed_, prescribed_before_;
   bool changed_while_prescribed_ = false;
   Eigen::VectorXd command_force_;               // 3n [N]; empty: none in this step
+  Eigen::VectorXd external_force_;              // scratch
   double command_work_ = 0;                     // [J]
   bool pushed_ = false;                         // `impulse` is not zero
   double elastic_ = 0, prescribed_work_ = 0;    // of measure() [J]
@@ -198,6 +199,8 @@ class SoftBody {
   std::vector<double> tet_mass_;
   std::vector<double> value_scale_;             // one a material: stress drawn as 1 [Pa]
   std::vector<Vec3> x_before_;                  // scratch: positions before the step
+  std::vector<Vec3> x_kept_, v_kept_;           // scratch of fracture_ahead: the state that it looks ahead from
+  std::vector<Mat3> plastic_strain_kept_;
   std::vector<NodeRef> scene_nodes_;            // where each node of the scene's mesh is
   std::vector<TetRef> scene_tets_;              // likewise, each tet
   std::vector<int> scene_tet_of_;               // one a tet: its id in the scene's mesh

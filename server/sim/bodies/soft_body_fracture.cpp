@@ -99,10 +99,11 @@ FractureOutcome SoftBody::fracture_ahead(Eigen::VectorXd& v_ahead, double dt, do
                                          std::uint64_t seed, std::uint64_t step, int round, const ThreadPool& pool) {
   FractureOutcome outcome{.fragments = all_pieces()};
   if (!may_break(step) || !v_ahead.allFinite()) return outcome;
-  std::vector<Vec3> x = state.x, v = state.v;
+  x_kept_ = state.x;
+  v_kept_ = state.v;
   for (int n = 0; n < node_count(); ++n) state.x[n] += dt * v_ahead.segment<3>(3 * n);
   // What yields in this step does not tear in it: stress is looked at after the flow, as at the end of a step.
-  std::vector<Mat3> plastic_strain;
+  std::vector<Mat3>& plastic_strain = plastic_strain_kept_;
   if (rest.yields()) {
     plastic_strain = state.plastic_strain;
     fem::plastic_flow(rest, tets, state.x, dt, creep_dt, pool, state.plastic_strain, system.elements);
@@ -110,17 +111,17 @@ FractureOutcome SoftBody::fracture_ahead(Eigen::VectorXd& v_ahead, double dt, do
     fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
   }
   const auto [origin, element_before] = split_nodes(seed + static_cast<std::uint64_t>(round), step, pool, outcome);
-  fracture::extend_by_origin(x, origin);
-  fracture::extend_by_origin(v, origin);
+  fracture::extend_by_origin(x_kept_, origin);
+  fracture::extend_by_origin(v_kept_, origin);
   const Eigen::Index known = v_ahead.size() / 3;
-  v_ahead.conservativeResize(3 * node_count());
+  if (!origin.empty()) v_ahead.conservativeResize(3 * node_count());
   for (std::size_t k = 0; k < origin.size(); ++k)
     v_ahead.segment<3>(3 * (known + static_cast<Eigen::Index>(k))) = v_ahead.segment<3>(3 * origin[k]);
-  state.x = std::move(x);
-  state.v = std::move(v);
+  state.x.swap(x_kept_);
+  state.v.swap(v_kept_);
   if (rest.yields()) {
-    const bool parted = rest.smoothed() && outcome.splits > 0;
-    state.plastic_strain = parted ? fem::inherited(plastic_strain, element_before) : std::move(plastic_strain);
+    if (rest.smoothed() && outcome.splits > 0) plastic_strain = fem::inherited(plastic_strain, element_before);
+    state.plastic_strain.swap(plastic_strain);
   }
   whole_ahead_ = outcome.splits == 0;
   return outcome;

@@ -4,6 +4,7 @@
 #include "server/sim/quad.h"
 
 #include <cassert>
+#include <functional>
 #include <numeric>
 
 namespace crumple::sim::contact {
@@ -13,12 +14,14 @@ constexpr int kRowChunk = 64;  // rows or blocks a task
 
 }  // namespace
 
-ContactRows::ContactRows(std::span<ContactRow> rows, std::span<const int> first_block, int block_count) : rows_(rows) {
+void ContactRows::assign(std::span<ContactRow> rows, std::span<const int> first_block, int block_count) {
   constexpr int kUsual = 8;  // entries of a row: four nodes on either side
-  row_start_.reserve(size() + 1);
+  rows_ = rows;
+  entries_.clear();
   entries_.reserve(kUsual * size());
-  of_row_.reserve(kUsual * size(), size());
-  row_start_.push_back(0);
+  of_row_.clear(kUsual * size(), size());
+  row_start_.assign(1, 0);
+  row_start_.reserve(size() + 1);
   for (int k = 0; k < size(); ++k) {
     push_side(k, 0, first_block);
     push_side(k, 1, first_block);
@@ -27,18 +30,20 @@ ContactRows::ContactRows(std::span<ContactRow> rows, std::span<const int> first_
     of_row_.close();
   }
   // By counting: entries of a block stay in the order of their rows.
-  std::vector<int> start(block_count + 1, 0), order(entries_.size());
+  start_.assign(block_count + 1, 0);
+  order_.resize(entries_.size());
   for (const Entry& entry : entries_) {
     assert(entry.block >= 0 && entry.block < block_count);
-    ++start[entry.block + 1];
+    ++start_[entry.block + 1];
   }
-  std::partial_sum(start.begin(), start.end(), start.begin());
-  std::vector<int> next(start.begin(), start.end() - 1);
-  for (int e = 0; e < static_cast<int>(entries_.size()); ++e) order[next[entries_[e].block]++] = e;
-  of_block_.reserve(static_cast<int>(entries_.size()), block_count);
+  std::partial_sum(start_.begin(), start_.end(), start_.begin());
+  next_.assign(start_.begin(), start_.end() - 1);
+  for (int e = 0; e < static_cast<int>(entries_.size()); ++e) order_[next_[entries_[e].block]++] = e;
+  of_block_.clear(static_cast<int>(entries_.size()), block_count);
+  touched_.clear();
   for (int block = 0; block < block_count; ++block) {
-    if (start[block] == start[block + 1]) continue;
-    for (int i = start[block]; i < start[block + 1]; ++i) of_block_.push(entries_[order[i]], entries_[order[i]].row);
+    if (start_[block] == start_[block + 1]) continue;
+    for (int i = start_[block]; i < start_[block + 1]; ++i) of_block_.push(entries_[order_[i]], entries_[order_[i]].row);
     of_block_.close();
     touched_.push_back(block);
   }
@@ -71,10 +76,14 @@ void ContactRows::Lists::push(const Entry& entry, int other) {
   else turned.push_back({other, entry.arm});
 }
 
-void ContactRows::Lists::reserve(int entries, int lists) {
+void ContactRows::Lists::clear(int entries, int lists) {
+  weighted.clear();
   weighted.reserve(entries);
-  weighted_start.reserve(lists + 1);
-  turned_start.reserve(lists + 1);
+  turned.clear();
+  for (std::vector<int>* start : {&weighted_start, &turned_start}) {
+    start->assign(1, 0);
+    start->reserve(lists + 1);
+  }
 }
 
 void ContactRows::Lists::close() {
@@ -98,13 +107,14 @@ Vec3 ContactRows::relative_velocity(int k, const Eigen::VectorXd& x) const {
 
 void ContactRows::apply_add(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const {
   if (rows_.empty()) return;
-  pool.for_chunks(size(), kRowChunk, [&](int begin, int end) {
+  const auto rows = [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       if (rows_[k].active) f_[k].head<3>() = D_[k] * gather(k, x);
       else f_[k].setZero();
     }
-  });
-  pool.for_chunks(of_block_.size(), kRowChunk, [&](int begin, int end) {
+  };
+  pool.for_chunks(size(), kRowChunk, std::cref(rows));
+  const auto blocks = [&](int begin, int end) {
     for (int b = begin; b < end; ++b) {
       Quad sum{};
       for (int e = of_block_.weighted_start[b]; e < of_block_.weighted_start[b + 1]; ++e)
@@ -114,7 +124,8 @@ void ContactRows::apply_add(const Eigen::VectorXd& x, Eigen::VectorXd& y, const 
         force += of_block_.turned[e].arm.cross(f_[of_block_.turned[e].other].head<3>());
       y.segment<3>(3 * touched_[b]) += force;
     }
-  });
+  };
+  pool.for_chunks(of_block_.size(), kRowChunk, std::cref(blocks));
 }
 
 void ContactRows::add_to_diagonal(std::span<Mat3> blocks) const {

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -62,7 +63,8 @@ class ContactRows {
   ContactRows() = default;
   // rows: borrowed, must outlive this object; their number and sides must not change. first_block: by body, its first
   // block; only bodies with unknowns are read. block_count: of the system.
-  ContactRows(std::span<ContactRow> rows, std::span<const int> first_block, int block_count);
+  ContactRows(std::span<ContactRow> rows, std::span<const int> first_block, int block_count) { assign(rows, first_block, block_count); }
+  void assign(std::span<ContactRow> rows, std::span<const int> first_block, int block_count);  // keeps its memory
 
   // After a change of the rows' active, c_n, c_t, t0 or target.
   void refresh();
@@ -101,14 +103,14 @@ class ContactRows {
       int other;
       Vec3 arm;
     };
-    std::vector<int> weighted_start{0}, turned_start{0};  // one more than there are lists
+    std::vector<int> weighted_start, turned_start;  // one more than there are lists
     std::vector<Weighted> weighted;
     std::vector<Turned> turned;
 
-    void reserve(int entries, int lists);
+    void clear(int entries, int lists);  // of which there will be about so many
     void push(const Entry& entry, int other);
     void close();  // the next entry is of the next list
-    int size() const { return static_cast<int>(weighted_start.size()) - 1; }
+    int size() const { return std::max(0, static_cast<int>(weighted_start.size()) - 1); }
   };
 
   void push_side(int row, int side, std::span<const int> first_block);
@@ -120,6 +122,7 @@ class ContactRows {
   Lists of_row_, of_block_;         // blocks: those of touched_; entries by row: sums never race, and keep their order
   std::vector<int> touched_;        // ascending
   std::vector<Mat3> D_;             // zero where inactive
+  std::vector<int> start_, next_, order_;   // scratch of assign()
   mutable std::vector<Eigen::Vector4d> f_;  // scratch, one a row; the last entry is 0
 };
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 namespace crumple::sim::contact {
 
@@ -27,13 +29,19 @@ struct Near {
   std::vector<int> tets;  // in CollisionMesh::tets
   std::vector<Box3> boxes;
 
-  Near(const Detector& d, const Unit& unit, const Box3& zone, double s) : detector_(d), unit_(unit), s_(s) {
+  void assign(const Detector& d, const Unit& unit, const Box3& zone, double s) {
+    detector_ = &d;
+    unit_ = &unit;
+    s_ = s;
+    tets.clear();
+    boxes.clear();
     const int begin = unit.component->begin;
     for (int k = 0; k < static_cast<int>(unit.tet_boxes.size()); ++k)
       if (unit.tet_boxes[k].intersects(zone)) tets.push_back(begin + k);
     boxes.reserve(tets.size());
     for (const int tet : tets) boxes.push_back(unit.fast || s != 1 ? box_of(tet) : unit.tet_boxes[tet - begin]);
-    shapes_.resize(tets.size());
+    if (shapes_.size() < tets.size()) shapes_.resize(tets.size());
+    for (std::size_t i = 0; i < tets.size(); ++i) shapes_[i].volume = 0;
   }
 
   // Of those that are asked for alone: most reach into no box of the other unit.
@@ -43,15 +51,15 @@ struct Near {
   }
 
  private:
-  Mat34 nodes(int tet) const { return detector_.nodes_at(unit_, detector_.tet(unit_, tet), s_); }
+  Mat34 nodes(int tet) const { return detector_->nodes_at(*unit_, detector_->tet(*unit_, tet), s_); }
   Box3 box_of(int tet) const {
     const Mat34 x = nodes(tet);
     return {x.rowwise().minCoeff(), x.rowwise().maxCoeff()};
   }
 
-  const Detector& detector_;
-  const Unit& unit_;
-  double s_;
+  const Detector* detector_ = nullptr;
+  const Unit* unit_ = nullptr;
+  double s_ = 1;
   std::vector<OrientedTet> shapes_;
 };
 
@@ -67,17 +75,28 @@ double largest_move(const Unit& unit) {
 
 double reduced_mass(double a, double b) { return a == kInfinity ? b : b == kInfinity ? a : a * b / (a + b); }
 
-// Runs job(k, rows) for k in [0, count) in parallel; the rows come in order of k.
+constexpr int kJobsPerChunk = 4;
+
+// Runs job(k, rows) for k in [0, count) in parallel, with no rows to begin with; the rows come in order of k. found: one a chunk.
 template <class Job>
-void append_rows(int count, const ThreadPool& pool, std::vector<ContactRow>& rows, Job job) {
-  std::vector<std::vector<ContactRow>> found(count);
-  pool.for_chunks(count, 4, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) job(k, found[k]);
-  });
+void append_rows(int count, const ThreadPool& pool, std::vector<std::vector<ContactRow>>& found, std::vector<ContactRow>& rows, Job job) {
+  const std::size_t chunks = static_cast<std::size_t>((count + kJobsPerChunk - 1) / kJobsPerChunk);
+  if (found.size() < chunks) found.resize(chunks);
+  const auto run = [&](int begin, int end) {
+    thread_local std::vector<ContactRow> own;
+    std::vector<ContactRow>& some = found[begin / kJobsPerChunk];
+    some.clear();
+    for (int k = begin; k < end; ++k) {
+      own.clear();
+      job(k, own);
+      some.insert(some.end(), own.begin(), own.end());
+    }
+  };
+  pool.for_chunks(count, kJobsPerChunk, std::cref(run));
   std::size_t all = rows.size();
-  for (const std::vector<ContactRow>& some : found) all += some.size();
+  for (std::size_t c = 0; c < chunks; ++c) all += found[c].size();
   rows.reserve(all);
-  for (const std::vector<ContactRow>& some : found) rows.insert(rows.end(), some.begin(), some.end());
+  for (std::size_t c = 0; c < chunks; ++c) rows.insert(rows.end(), found[c].begin(), found[c].end());
 }
 
 }  // namespace
@@ -100,10 +119,29 @@ void Detector::place(int body) {
   }
 }
 
+void Unit::clear() {
+  std::vector<Box3> tets = std::move(tet_boxes), ways = std::move(way_boxes);
+  tets.clear();
+  ways.clear();
+  *this = {};
+  tet_boxes = std::move(tets);
+  way_boxes = std::move(ways);
+}
+
+Unit& Detector::add_unit() {
+  if (static_cast<int>(units.size()) == unit_count) units.emplace_back();
+  Unit& unit = units[unit_count++];
+  unit.clear();
+  return unit;
+}
+
 void Detector::add_units(int body) {
   const CollisionBody& source = in.bodies[body];
   for (const CollisionComponent& component : source.mesh->components) {
-    Unit unit{body, &component, Box3(), component.mass, {}};
+    Unit& unit = add_unit();
+    unit.body = body;
+    unit.component = &component;
+    unit.mass = component.mass;
     bool free = source.rigid && source.rigid->movable;
     const std::span<const int> nodes = source.mesh->nodes_of(component);
     for (const int node : nodes) {
@@ -123,7 +161,6 @@ void Detector::add_units(int body) {
     unit.fast = !in.settings.raw_damping && unit.move.norm() > kFastPart * unit.diagonal;
     if (unit.fast)
       for (const int node : nodes) unit.box.extend(source.x[node]);
-    units.push_back(std::move(unit));
   }
 }
 
@@ -158,18 +195,21 @@ void Detector::meet(const Unit& a, const Unit& b, std::vector<ContactRow>& rows)
 // Contact at part s of the step's way.
 void Detector::meet_at(double s, const Unit& a, const Unit& b, std::vector<ContactRow>& rows) const {
   const Box3 zone = a.box.intersection(b.box);
-  Near near_a(*this, a, zone, s), near_b(*this, b, zone, s);
-  std::vector<IndexPair> pairs;
+  thread_local Near near_a, near_b;
+  thread_local std::vector<IndexPair> pairs;
+  thread_local FoundRows found;
+  near_a.assign(*this, a, zone, s);
+  near_b.assign(*this, b, zone, s);
+  found.clear();
   sweep_and_prune(near_a.boxes, near_b.boxes, pairs);
 
   const Share share = share_of(a, b);
-  FoundRows found;
   for (const auto& [i, j] : pairs) {
     const CollisionTet &tet_a = tet(a, near_a.tets[i]), &tet_b = tet(b, near_b.tets[j]);
     if (a.body == b.body && share_a_node(tet_a.nodes, tet_b.nodes)) continue;
     meet_tets(s, {a, tet_a, near_a.shape(i)}, {b, tet_b, near_b.shape(j)}, share, found);
   }
-  rows = std::move(found.surface.empty() ? found.buried : found.surface);
+  rows = found.surface.empty() ? found.buried : found.surface;
   share_out(share, rows);
 }
 
@@ -210,23 +250,45 @@ void Detector::meet_tets(double s, const TetOfUnit& a, const TetOfUnit& b, const
   (normal.from_surface ? found.surface : found.buried).push_back(row);
 }
 
+struct DetectionMemory::Vectors {
+  std::vector<PlacedBody> placed;
+  std::vector<Unit> units;
+  std::vector<Box3> boxes;
+  std::vector<IndexPair> pairs;
+  std::vector<std::uint8_t> near, passing;
+  std::vector<std::vector<ContactRow>> found;
+};
+
+DetectionMemory::DetectionMemory() : vectors_(std::make_unique<Vectors>()) {}
+DetectionMemory::~DetectionMemory() = default;
+
 std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& pool) {
-  Detector detector{input, {}, {}};
+  DetectionMemory memory;
+  std::vector<ContactRow> rows;
+  detect(input, pool, memory, rows);
+  return rows;
+}
+
+void detect(const DetectionInput& input, const ThreadPool& pool, DetectionMemory& memory, std::vector<ContactRow>& rows) {
+  auto& [placed, all_units, boxes, pairs, near, passing, found] = *memory.vectors_;
+  Detector detector{input, placed, all_units};
   const int bodies = static_cast<int>(input.bodies.size());
-  detector.placed.resize(bodies);
-  pool.for_chunks(bodies, 4, [&](int begin, int end) {
+  if (static_cast<int>(placed.size()) < bodies) placed.resize(bodies);
+  const auto place = [&](int begin, int end) {
     for (int k = begin; k < end; ++k) detector.place(k);
-  });
+  };
+  pool.for_chunks(bodies, 4, std::cref(place));
   for (int k = 0; k < bodies; ++k) detector.add_units(k);
-  std::vector<Unit>& units = detector.units;
+  const std::span<Unit> units(all_units.data(), detector.unit_count);
 
   // Broad phase, over components' boxes; what is faster than the thinnest of them is thick may miss it on its way.
   double thinnest = kInfinity;
   for (const Unit& unit : units) thinnest = std::min(thinnest, unit.component->thickness);
-  std::vector<Box3> boxes;
+  boxes.clear();
   for (const Unit& unit : units) boxes.push_back(2 * largest_move(unit) > thinnest ? unit.way_box : unit.box);
-  std::vector<IndexPair> pairs = sweep_and_prune(boxes);
-  std::vector<std::uint8_t> near(units.size(), 0), passing(units.size(), 0);
+  sweep_and_prune(boxes, pairs);
+  near.assign(units.size(), 0);
+  passing.assign(units.size(), 0);
   std::erase_if(pairs, [&](const IndexPair& p) {
     const Unit &a = units[p.first], &b = units[p.second];
     if (!detector.may_meet(a, b)) return true;
@@ -236,33 +298,33 @@ std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& po
     return !meet && !pass;
   });
   for (std::size_t k = 0; k < units.size(); ++k) near[k] |= detector.self(units[k]) != nullptr;
-  pool.for_chunks(static_cast<int>(units.size()), 16, [&](int begin, int end) {
+  const auto fill_boxes = [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       if (near[k]) detector.fill_tet_boxes(units[k]);
       if (passing[k]) detector.fill_way_boxes(units[k]);
     }
-  });
+  };
+  pool.for_chunks(static_cast<int>(units.size()), 16, std::cref(fill_boxes));
 
   // Narrow phase.
-  std::vector<ContactRow> rows;
-  append_rows(static_cast<int>(pairs.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
-    detector.meet_pair(units[pairs[k].first], units[pairs[k].second], found);
+  rows.clear();
+  append_rows(static_cast<int>(pairs.size()), pool, found, rows, [&](int k, std::vector<ContactRow>& own) {
+    detector.meet_pair(units[pairs[k].first], units[pairs[k].second], own);
   });
-  append_rows(static_cast<int>(units.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
-    if (detector.self(units[k])) detector.meet_itself(units[k], pool, found);
+  append_rows(static_cast<int>(units.size()), pool, found, rows, [&](int k, std::vector<ContactRow>& own) {
+    if (detector.self(units[k])) detector.meet_itself(units[k], pool, own);
   });
-  append_rows(static_cast<int>(units.size()), pool, rows, [&](int k, std::vector<ContactRow>& found) {
+  append_rows(static_cast<int>(units.size()), pool, found, rows, [&](int k, std::vector<ContactRow>& own) {
     const Unit& unit = units[k];
     if (!detector.in_solve(unit) || unit.mass == kInfinity || unit.box.isEmpty()) return;
     for (int plane = 0; plane < static_cast<int>(input.planes.size()); ++plane) {
       const Vec3& n = input.planes[plane].normal;
       const double lowest = n.dot(unit.box.center()) - 0.5 * n.cwiseAbs().dot(unit.box.sizes());
       if (!(lowest < input.planes[plane].offset)) continue;
-      input.settings.raw_damping ? detector.meet_plane_raw(unit, plane, found) : detector.meet_plane(unit, plane, found);
+      input.settings.raw_damping ? detector.meet_plane_raw(unit, plane, own) : detector.meet_plane(unit, plane, own);
     }
   });
   number_pairs(rows);
-  return rows;
 }
 
 double deepest(std::span<const ContactRow> rows) {

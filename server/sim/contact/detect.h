@@ -8,6 +8,7 @@
 #include "server/sim/scene.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -70,6 +71,19 @@ struct DetectionInput {
 // Rows are in ascending order of their components and tets, then those of pieces that meet themselves by patch, planes
 // last; the order and the bits do not depend on the number of threads. Bodies of non-finite position meet nothing.
 std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& pool);
+
+// What detection works in. Whoever keeps one from step to step lets it allocate nothing; one call at a time.
+class DetectionMemory {
+ public:
+  DetectionMemory();
+  ~DetectionMemory();
+
+ private:
+  friend void detect(const DetectionInput&, const ThreadPool&, DetectionMemory&, std::vector<ContactRow>&);
+  struct Vectors;
+  std::unique_ptr<Vectors> vectors_;
+};
+void detect(const DetectionInput& input, const ThreadPool& pool, DetectionMemory& memory, std::vector<ContactRow>& rows);  // replaces `rows`
 
 // Deepest overlap at the start of the step [m], 0 if there is none.
 double deepest(std::span<const ContactRow> rows);

@@ -1,6 +1,7 @@
 #include "server/sim/contact/detector.h"
 
 #include <algorithm>
+#include <functional>
 
 // A piece against itself (self_contact.h says which of its tets may meet).
 namespace crumple::sim::contact {
@@ -22,20 +23,33 @@ void Detector::meet_itself(const Unit& unit, const ThreadPool& pool, std::vector
   const auto component = unit.component - in.bodies[unit.body].mesh->components.data();
   const int first = body.first_patch[component];
   const std::span patches(body.patches.data() + first, body.patches.data() + body.first_patch[component + 1]);
-  std::vector<Box3> boxes(patches.size());
+  // Lambdas below run on other threads, whose own these are not.
+  thread_local std::vector<Box3> own_boxes;
+  thread_local std::vector<IndexPair> own_pairs;
+  thread_local std::vector<FoundRows> own_found;
+  thread_local std::vector<std::size_t> ends;
+  std::vector<Box3>& boxes = own_boxes;
+  std::vector<IndexPair>& pairs = own_pairs;
+  std::vector<FoundRows>& found = own_found;
+  boxes.assign(patches.size(), Box3());
   for (std::size_t p = 0; p < patches.size(); ++p)
     for (int k = patches[p].begin; k < patches[p].end; ++k) boxes[p].extend(unit.tet_boxes[body.tets[k] - unit.component->begin]);
-  std::vector<IndexPair> pairs = sweep_and_prune(boxes);
+  sweep_and_prune(boxes, pairs);
   for (int p = 0; p < static_cast<int>(patches.size()); ++p) pairs.emplace_back(p, p);
   std::erase_if(pairs, [&](const IndexPair& p) { return near_at_rest(patches[p.first], patches[p.second]); });
 
-  std::vector<FoundRows> found(pairs.size());
-  pool.for_chunks(static_cast<int>(pairs.size()), 8, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) meet_patches(unit, patches[pairs[k].first], patches[pairs[k].second], found[k]);
-  });
-  const bool any_surface = std::ranges::any_of(found, [](const FoundRows& some) { return !some.surface.empty(); });
-  std::vector<std::size_t> ends;
-  for (const FoundRows& some : found) {
+  if (found.size() < pairs.size()) found.resize(pairs.size());
+  const auto meet_some = [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      found[k].clear();
+      meet_patches(unit, patches[pairs[k].first], patches[pairs[k].second], found[k]);
+    }
+  };
+  pool.for_chunks(static_cast<int>(pairs.size()), 8, std::cref(meet_some));
+  const std::span<const FoundRows> all(found.data(), pairs.size());
+  const bool any_surface = std::ranges::any_of(all, [](const FoundRows& some) { return !some.surface.empty(); });
+  ends.clear();
+  for (const FoundRows& some : all) {
     const std::vector<ContactRow>& taken = any_surface ? some.surface : some.buried;
     rows.insert(rows.end(), taken.begin(), taken.end());
     if (!taken.empty()) ends.push_back(rows.size());

@@ -21,10 +21,10 @@ struct PlacedBody {
 
 // A component of a body: what the broad phase handles.
 struct Unit {
-  int body;
-  const CollisionComponent* component;
+  int body = -1;
+  const CollisionComponent* component = nullptr;
   Box3 box;
-  double mass;                   // infinite if immovable
+  double mass = 0;               // infinite if immovable
   std::vector<Box3> tet_boxes;   // of its boundary tets, if it is near another unit or meets itself
   Vec3 move = Vec3::Zero();      // mean displacement in the step [m]
   double diagonal = 0;           // of its box at the end of the step [m]
@@ -32,6 +32,8 @@ struct Unit {
   Box3 moves;                    // displacements of its nodes in the step [m]
   Box3 way_box;                  // its way from the start of the step to the end
   std::vector<Box3> way_boxes;   // of its boundary tets, if it might pass through another unit
+
+  void clear();  // as new, but for the memory of its boxes
 };
 
 // What overlaps, by what is known of its direction.
@@ -41,6 +43,8 @@ struct FoundRows {
   // there is nothing better, when two bodies have gone deep into each other; beside a resting contact they would push
   // sideways.
   std::vector<ContactRow> buried;
+
+  void clear() { surface.clear(), buried.clear(); }
 };
 
 struct TetOfUnit {
@@ -56,8 +60,9 @@ struct Share {
 
 struct Detector {
   const DetectionInput& in;
-  std::vector<PlacedBody> placed;
-  std::vector<Unit> units;
+  std::vector<PlacedBody>& placed;  // the first of them are of in.bodies
+  std::vector<Unit>& units;         // the first unit_count of them
+  int unit_count = 0;
 
   const CollisionTet& tet(const Unit& unit, int k) const { return in.bodies[unit.body].mesh->tets[k]; }
   // Whether the solve alone moves the unit's body.
@@ -79,6 +84,7 @@ struct Detector {
 
   void place(int body);
   void add_units(int body);
+  Unit& add_unit();
   bool may_meet(const Unit& a, const Unit& b) const;
   void fill_tet_boxes(Unit& unit) const;
   int samples(const Unit& a, const Unit& b) const;

@@ -8,7 +8,7 @@ namespace crumple::sim::contact {
 namespace {
 
 struct Share {
-  int node;
+  int node, order;  // sums are of tets in theirs
   double area, volume;
 };
 
@@ -26,23 +26,25 @@ void add_shares(const CollisionTet& tet, std::span<const Vec3> x, const Vec3& no
     const double facing = std::max(0.0, -normal.dot(outward)) / 3;
     for (const int corner : {a, b, c}) area[corner] += facing;
   }
-  for (int k = 0; k < 4; ++k) shares.push_back({tet.nodes[k], area[k], std::abs(volume) / 4});
+  for (int k = 0; k < 4; ++k) shares.push_back({tet.nodes[k], static_cast<int>(shares.size()), area[k], std::abs(volume) / 4});
 }
 
 }  // namespace
 
-std::vector<SubmergedNode> submerged_nodes(std::span<const CollisionTet> tets, std::span<const Vec3> x, const Vec3& normal,
-                                           double offset) {
+std::span<const SubmergedNode> submerged_nodes(std::span<const CollisionTet> tets, std::span<const Vec3> x, const Vec3& normal,
+                                               double offset) {
   const auto depth = [&](int node) { return offset - normal.dot(x[node]); };
-  std::vector<Share> shares;
+  thread_local std::vector<Share> shares;
+  thread_local std::vector<SubmergedNode> nodes;
+  shares.clear();
+  nodes.clear();
   for (const CollisionTet& tet : tets) {
     if (std::ranges::any_of(tet.nodes, [&](int node) { return depth(node) > 0; })) add_shares(tet, x, normal, shares);
   }
-  std::stable_sort(shares.begin(), shares.end(), [](const Share& a, const Share& b) { return a.node < b.node; });
+  std::ranges::sort(shares, [](const Share& a, const Share& b) { return a.node != b.node ? a.node < b.node : a.order < b.order; });
 
-  std::vector<SubmergedNode> nodes;
   for (std::size_t k = 0; k < shares.size();) {
-    Share sum{shares[k].node, 0, 0};
+    Share sum{shares[k].node, 0, 0, 0};
     for (; k < shares.size() && shares[k].node == sum.node; ++k) {
       sum.area += shares[k].area;
       sum.volume += shares[k].volume;

@@ -16,7 +16,8 @@ struct SubmergedNode {
 };
 
 // Nodes of tets (a component) where normal . x < offset, ascending; |normal| = 1. Flat tets count for nothing.
-std::vector<SubmergedNode> submerged_nodes(std::span<const CollisionTet> tets, std::span<const Vec3> x, const Vec3& normal,
-                                           double offset);
+// Until the thread's next call.
+std::span<const SubmergedNode> submerged_nodes(std::span<const CollisionTet> tets, std::span<const Vec3> x, const Vec3& normal,
+                                               double offset);
 
 }  // namespace crumple::sim::contact

@@ -32,12 +32,14 @@ void push_intervals(std::span<const Box3> boxes, int axis, bool first_set, std::
     if (usable(boxes[i])) intervals.push_back({boxes[i].min()[axis], boxes[i].max()[axis], i, first_set});
 }
 
-std::vector<Interval> sorted_intervals(std::span<const Box3> a, std::span<const Box3> b) {
+// Until the thread's next call.
+const std::vector<Interval>& sorted_intervals(std::span<const Box3> a, std::span<const Box3> b) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
   int count = 0;
   gather_usable(a, low, high, count);
   gather_usable(b, low, high, count);
-  std::vector<Interval> intervals;
+  thread_local std::vector<Interval> intervals;
+  intervals.clear();
   if (count == 0) return intervals;
   int axis = 0;
   (high - low).maxCoeff(&axis);
@@ -54,7 +56,8 @@ std::vector<Interval> sorted_intervals(std::span<const Box3> a, std::span<const 
 // Calls meet(earlier, later) for each two intervals that overlap.
 template <class Meet>
 void sweep(const std::vector<Interval>& intervals, Meet meet) {
-  std::vector<int> open;  // intervals that have begun and not ended
+  thread_local std::vector<int> open;  // intervals that have begun and not ended
+  open.clear();
   for (int i = 0; i < static_cast<int>(intervals.size()); ++i) {
     const Interval& now = intervals[i];
     std::erase_if(open, [&](int k) { return intervals[k].end < now.begin; });
@@ -67,11 +70,16 @@ void sweep(const std::vector<Interval>& intervals, Meet meet) {
 
 std::vector<IndexPair> sweep_and_prune(std::span<const Box3> boxes) {
   std::vector<IndexPair> pairs;
+  sweep_and_prune(boxes, pairs);
+  return pairs;
+}
+
+void sweep_and_prune(std::span<const Box3> boxes, std::vector<IndexPair>& pairs) {
+  pairs.clear();
   sweep(sorted_intervals(boxes, {}), [&](const Interval& p, const Interval& q) {
     if (boxes[p.box].intersects(boxes[q.box])) pairs.push_back(std::minmax(p.box, q.box));
   });
   std::sort(pairs.begin(), pairs.end());
-  return pairs;
 }
 
 void sweep_and_prune(std::span<const Box3> a, std::span<const Box3> b, std::vector<IndexPair>& pairs) {

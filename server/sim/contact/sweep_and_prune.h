@@ -16,6 +16,7 @@ using IndexPair = std::pair<int, int>;
 
 // All pairs (i < j) of boxes that overlap or touch, ascending. Empty and non-finite boxes meet nothing.
 std::vector<IndexPair> sweep_and_prune(std::span<const Box3> boxes);
+void sweep_and_prune(std::span<const Box3> boxes, std::vector<IndexPair>& pairs);  // replaces `pairs`
 
 // All pairs (i, j) with boxes a[i] and b[j] overlapping or touching, ascending; replaces `pairs`.
 // Of few, each is tried with each.

@@ -3,6 +3,7 @@
 #include "server/sim/fracture/crack_growth.h"
 
 #include <cassert>
+#include <functional>
 
 namespace crumple::sim::fracture {
 
@@ -17,17 +18,18 @@ SplitReport fracture_step(const fem::RestBody& rest, const fem::Elements& elemen
   assert(elements.is_of(rest) && rest.tet_count() == tet_count);
   scratch.stress.resize(tet_count);
   scratch.normals.resize(tet_count);
-  pool.for_chunks(tet_count, 256, [&](int begin, int end) {
+  const auto load = [&](int begin, int end) {
     for (int t = begin; t < end; ++t) {
       scratch.stress[t] = fem::element_stress(rest, elements, t);
       scratch.normals[t] = fem::element_normals(rest, elements, t);
     }
-  });
+  };
+  pool.for_chunks(tet_count, 256, std::cref(load));
   scratch.S.resize(stars.node_count());
   separation_tensors(tets, stars, scratch.stress, scratch.normals, pool, scratch.forces, scratch.S);
-  scratch.toughness = toughness_of(rest);
-  const auto candidates =
-      split_candidates(tets, stars, scratch.normals, scratch.forces, scratch.S, scratch.toughness, pool);
+  toughness_of(rest, scratch.toughness);
+  const std::vector<SplitCandidate>& candidates = scratch.candidates;
+  split_candidates(tets, stars, scratch.normals, scratch.forces, scratch.S, scratch.toughness, pool, scratch.candidates);
   if (material.fracture_order == fem::FractureOrder::largest_first)
     return grow_cracks(tets, state, stars, candidates, scratch.toughness, scratch.normals, material.max_splits_per_step,
                        scratch.stress, scratch.forces);

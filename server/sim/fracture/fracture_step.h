@@ -13,6 +13,7 @@ struct FractureScratch {
   PartForces forces;
   std::vector<Mat3> S;         // separation tensors [N]; one a node of before the splits
   Toughness toughness;         // of the body's materials
+  std::vector<SplitCandidate> candidates;
 };
 
 // Finds the nodes that are pulled apart by more than their material's toughness and splits them. Does nothing if no

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
 #include <cmath>
 #include <type_traits>
 
@@ -142,12 +143,14 @@ void separation_tensors(const std::vector<Tet>& tets, const NodeStars& stars, st
   assert(static_cast<int>(S.size()) == stars.node_count());
   forces.tensile.resize(tets.size());
   forces.compressive.resize(tets.size());
-  pool.for_chunks(static_cast<int>(tets.size()), kChunk, [&](int begin, int end) {
+  const auto of_tets = [&](int begin, int end) {
     for (int t = begin; t < end; ++t) set_part_forces(t, stress[t], normals[t], forces);
-  });
-  pool.for_chunks(stars.node_count(), kChunk, [&](int begin, int end) {
+  };
+  pool.for_chunks(static_cast<int>(tets.size()), kChunk, std::cref(of_tets));
+  const auto of_nodes = [&](int begin, int end) {
     for (int node = begin; node < end; ++node) S[node] = separation_tensor(node, tets, stars, forces);
-  });
+  };
+  pool.for_chunks(stars.node_count(), kChunk, std::cref(of_nodes));
 }
 
 Mat3 separation_tensor(int node, const std::vector<Tet>& tets, const NodeStars& stars, const PartForces& forces) {
@@ -171,18 +174,26 @@ std::vector<SplitCandidate> split_candidates(const std::vector<Tet>& tets, const
                                              std::span<const Mat34> normals, const PartForces& forces,
                                              std::span<const Mat3> S, const Toughness& toughness,
                                              const ThreadPool& pool) {
-  std::vector<SplitCandidate> candidates(S.size());
+  std::vector<SplitCandidate> candidates;
+  split_candidates(tets, stars, normals, forces, S, toughness, pool, candidates);
+  return candidates;
+}
+
+void split_candidates(const std::vector<Tet>& tets, const NodeStars& stars, std::span<const Mat34> normals,
+                      const PartForces& forces, std::span<const Mat3> S, const Toughness& toughness, const ThreadPool& pool,
+                      std::vector<SplitCandidate>& candidates) {
+  candidates.assign(S.size(), {});
   const auto tensor = [&]<class Loose>(int node, Loose loose) {
     if constexpr (std::is_same_v<Loose, AllLoose>) return S[node];
     else return tensor_at(node, tets, stars, forces, loose);
   };
-  pool.for_chunks(static_cast<int>(S.size()), kChunk, [&](int begin, int end) {
-    std::vector<double> levels;
+  const auto of_nodes = [&](int begin, int end) {
+    thread_local std::vector<double> levels;
     for (int node = begin; node < end; ++node)
       candidates[node] = candidate_at(node, tensor, tets, stars, normals, toughness, levels);
-  });
+  };
+  pool.for_chunks(static_cast<int>(S.size()), kChunk, std::cref(of_nodes));
   std::erase_if(candidates, [](const SplitCandidate& c) { return !c.breaks(); });
-  return candidates;
 }
 
 SplitCandidate split_candidate(int node, const std::vector<Tet>& tets, const NodeStars& stars,

@@ -73,6 +73,9 @@ std::vector<SplitCandidate> split_candidates(const std::vector<Tet>& tets, const
                                              std::span<const Mat34> normals, const PartForces& forces,
                                              std::span<const Mat3> S, const Toughness& toughness,
                                              const ThreadPool& pool);
+void split_candidates(const std::vector<Tet>& tets, const NodeStars& stars, std::span<const Mat34> normals,
+                      const PartForces& forces, std::span<const Mat3> S, const Toughness& toughness, const ThreadPool& pool,
+                      std::vector<SplitCandidate>& candidates);  // replaces `candidates`
 
 // The same at one node; breaks() is false where it holds. residual: what is added to its S [N].
 SplitCandidate split_candidate(int node, const std::vector<Tet>& tets, const NodeStars& stars,

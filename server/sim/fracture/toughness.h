@@ -21,6 +21,6 @@ struct Toughness {
 };
 
 // Refers to `rest`.
-Toughness toughness_of(const fem::RestBody& rest);
+void toughness_of(const fem::RestBody& rest, Toughness& toughness);
 
 }  // namespace crumple::sim::fracture

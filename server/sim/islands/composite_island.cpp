@@ -54,8 +54,8 @@ linear_solver::SolveReport solve_directly(const IslandSystem& system, const Cont
 // One solve with the rows as they stand.
 linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactRows& rows, const VectorXd& b_without_rows,
                                       const IslandOptions& options, IslandPreconditioner& preconditioner,
-                                      linear_solver::CgWorkspace& workspace, VectorXd& x, const ThreadPool& pool) {
-  VectorXd b = b_without_rows;
+                                      linear_solver::CgWorkspace& workspace, VectorXd& b, VectorXd& x, const ThreadPool& pool) {
+  b = b_without_rows;
   rows.add_to_rhs(b);
   const auto apply = [&](const VectorXd& in, VectorXd& out) {
     system.multiply(in, out, pool);
@@ -71,13 +71,13 @@ linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactR
 
 // What the rows did to rigid bodies, and what the solve's velocities say besides, at the centre of mass: no momentum is
 // lost to the tolerance.
-void gather_rigid_outcome(const CompositeIsland& island, std::span<const IslandBody> bodies,
-                          std::span<const int> first_block, IslandSolution& solution) {
+void gather_rigid_outcome(const CompositeIsland& island, std::span<const IslandBody> bodies, std::span<const int> first_block,
+                          std::vector<Vec3>& missing, IslandSolution& solution) {
   for (const int body : island.rigid) {
     const int begin = 3 * first_block[body];
     solution.rigid.push_back({body, solution.velocity.segment<3>(begin), solution.velocity.segment<3>(begin + 3)});
   }
-  std::vector<Vec3> missing;
+  missing.clear();
   for (const RigidVelocity& after : solution.rigid) {
     missing.push_back(bodies[after.body].rigid->mass * after.v - bodies[after.body].rigid->b_v);
   }
@@ -98,23 +98,38 @@ void gather_rigid_outcome(const CompositeIsland& island, std::span<const IslandB
 
 }  // namespace
 
-std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodies, std::vector<ContactRow> rows) {
+void IslandBody::clear() {
+  VectorXd kept = std::move(start);
+  *this = {};
+  start = std::move(kept);
+}
+
+std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodies, std::span<const ContactRow> rows) {
+  std::vector<CompositeIsland> islands;
+  composite_islands(bodies, rows, islands);
+  return islands;
+}
+
+void composite_islands(std::span<const IslandBody> bodies, std::span<const ContactRow> rows, std::vector<CompositeIsland>& islands) {
   const int count = static_cast<int>(bodies.size());
-  std::vector<int> parent(count);
+  thread_local std::vector<int> parent, island_of_root;
+  parent.resize(count);
   std::iota(parent.begin(), parent.end(), 0);
   for (const ContactRow& row : rows) {
     if (!has_unknowns(row.sides[0]) || !has_unknowns(row.sides[1])) continue;
     unite(parent, row.sides[0].body, row.sides[1].body);
   }
 
-  std::vector<CompositeIsland> islands;
-  std::vector<int> island_of_root(count, -1);
+  std::size_t used = 0;
+  island_of_root.assign(count, -1);
   const auto island_of = [&](int body) -> CompositeIsland& { return islands[island_of_root[find_root(parent, body)]]; };
   const auto open = [&](int body) {
     int& island = island_of_root[find_root(parent, body)];
     if (island >= 0) return;
-    island = static_cast<int>(islands.size());
-    islands.emplace_back();
+    island = static_cast<int>(used++);
+    if (islands.size() < used) islands.emplace_back();
+    CompositeIsland& opened = islands[island];
+    opened.soft.clear(), opened.rigid.clear(), opened.rows.clear();
   };
   for (int body = 0; body < count; ++body)
     if (bodies[body].system != nullptr) open(body), island_of(body).soft.push_back(body);
@@ -126,78 +141,108 @@ std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodie
       if (has_unknowns(side)) open(side.body);
   for (int body = 0; body < count; ++body)
     if (bodies[body].rigid && island_of_root[find_root(parent, body)] >= 0) island_of(body).rigid.push_back(body);
-  for (ContactRow& row : rows) {
+  for (const ContactRow& row : rows) {
     const int side = has_unknowns(row.sides[0]) ? 0 : 1;
     if (has_unknowns(row.sides[side])) island_of(row.sides[side].body).rows.push_back(row);
   }
-  return islands;
+  islands.resize(used);
 }
 
-IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies, const IslandOptions& options,
-                     const contact::FrictionMemory& memory, const ThreadPool& pool) {
+class SolveMemory {
+ public:
+  IslandSystem system;
+  ContactRows rows;
+  IslandPreconditioner preconditioner;
+  linear_solver::CgWorkspace workspace;
+  VectorXd b, b_with_rows, start;
+  std::vector<Vec3> u_start, u, missing;
+};
+
+SolveMemories::SolveMemories() = default;
+SolveMemories::~SolveMemories() = default;
+
+namespace {
+
+void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBody> bodies, const IslandOptions& options,
+              const contact::FrictionMemory& friction, const ThreadPool& pool, IslandSolution& solution) {
   assert(options.passes >= 1);
-  const IslandSystem system(island, bodies);
-  ContactRows rows(island.rows, system.first_block(), system.blocks());
-  IslandSolution solution;
+  m.system.assign(island, bodies);
+  const IslandSystem& system = m.system;
+  m.rows.assign(island.rows, system.first_block(), system.blocks());
+  ContactRows& rows = m.rows;
+  solution.report = {};
+  solution.passes = 0;
+  solution.soft_start.clear(), solution.rigid.clear(), solution.impulses.clear();
   VectorXd& x = solution.velocity;
-  VectorXd b;
-  system.fill(b, x);
+  system.fill(m.b, x);
   for (const int body : island.soft) solution.soft_start.push_back(3 * system.first_block()[body]);
   solution.soft_start.push_back(3 * (system.blocks() - 2 * static_cast<int>(island.rigid.size())));
 
-  linear_solver::CgWorkspace workspace;
-  workspace.resize(x.size());
-  const VectorXd start = x;
-  std::vector<Vec3> u_start(rows.size());
+  m.workspace.resize(x.size());
+  m.start = x;
+  m.u_start.resize(rows.size());
   for (int k = 0; k < rows.size(); ++k) {
-    u_start[k] = rows.relative_velocity(k, start);
-    contact::start_row(memory, u_start[k], options.may_pull, island.rows[k]);
+    m.u_start[k] = rows.relative_velocity(k, m.start);
+    contact::start_row(friction, m.u_start[k], options.may_pull, island.rows[k]);
   }
   system.start_from(x);
-  std::vector<Vec3> u(rows.size());
-  IslandPreconditioner preconditioner(system, options.solver, pool);
-  solution.solver = preconditioner.kind();
+  m.u.resize(rows.size());
+  m.preconditioner.assign(system, options.solver, pool);
+  solution.solver = m.preconditioner.kind();
   const bool by_weight = std::ranges::any_of(island.rows, [](const ContactRow& row) { return row.weight_speed > 0; });
   const double mass = by_weight ? system.mass() : 0;
   for (bool differs = true; differs && solution.passes < options.passes;) {
     ++solution.passes;
-    if (by_weight) contact::set_weight_friction(mass, u_start, island.rows);
+    if (by_weight) contact::set_weight_friction(mass, m.u_start, island.rows);
     rows.refresh();
-    const linear_solver::SolveReport report = solve_pass(system, rows, b, options, preconditioner, workspace, x, pool);
+    const linear_solver::SolveReport report =
+        solve_pass(system, rows, m.b, options, m.preconditioner, m.workspace, m.b_with_rows, x, pool);
     solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};
     if (solution.passes == options.passes) break;
-    for (int k = 0; k < rows.size(); ++k) u[k] = rows.relative_velocity(k, x);
-    differs = contact::refresh_rows(island.rows, u, options.may_pull);
+    for (int k = 0; k < rows.size(); ++k) m.u[k] = rows.relative_velocity(k, x);
+    differs = contact::refresh_rows(island.rows, m.u, options.may_pull);
   }
-  solution.finite = b.allFinite() && x.allFinite();
+  solution.finite = m.b.allFinite() && x.allFinite();
   if (!solution.finite) {  // nothing of it may reach a rigid body or the next step
-    x = start;
+    x = m.start;
     for (ContactRow& row : island.rows) row.active = false;
-    return solution;
+    return;
   }
 
   for (int k = 0; k < rows.size(); ++k) contact::set_outcome(island.rows[k], rows.relative_velocity(k, x));
-  if (!system.anything_fixed()) system.remove_net_momentum_error(x, b);
-  gather_rigid_outcome(island, bodies, system.first_block(), solution);
+  if (!system.anything_fixed()) m.system.remove_net_momentum_error(x, m.b);
+  gather_rigid_outcome(island, bodies, system.first_block(), m.missing, solution);
+}
+
+}  // namespace
+
+IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies, const IslandOptions& options,
+                     const contact::FrictionMemory& memory, const ThreadPool& pool) {
+  SolveMemory working;
+  IslandSolution solution;
+  solve_in(working, island, bodies, options, memory, pool, solution);
   return solution;
 }
 
-std::vector<IslandSolution> solve_all(std::span<CompositeIsland> islands, std::span<const IslandBody> bodies,
-                                      std::span<const IslandOptions> options, const contact::FrictionMemory& memory,
-                                      const ThreadPool& pool) {
+void solve_all(std::span<CompositeIsland> islands, std::span<const IslandBody> bodies, std::span<const IslandOptions> options,
+               const contact::FrictionMemory& friction, const ThreadPool& pool, SolveMemories& memories,
+               std::vector<IslandSolution>& solutions) {
   assert(options.size() == islands.size());
-  std::vector<int> blocks, order(islands.size());
+  std::vector<int>&blocks = memories.blocks, &order = memories.order;
+  blocks.clear();
   for (const CompositeIsland& island : islands) blocks.push_back(block_count(island, bodies));
+  order.resize(islands.size());
   std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(order, std::ranges::greater(), [&](int k) { return blocks[k]; });
+  std::ranges::sort(order, [&](int a, int b) { return blocks[a] != blocks[b] ? blocks[a] > blocks[b] : a < b; });
   const int all = std::accumulate(blocks.begin(), blocks.end(), 0);
   const ThreadPool alone(1);
-  std::vector<IslandSolution> solutions(islands.size());
-  pool.for_jobs(static_cast<int>(islands.size()), [&](int i) {
+  solutions.resize(islands.size());
+  while (memories.of_islands.size() < islands.size()) memories.of_islands.push_back(std::make_unique<SolveMemory>());
+  const auto job = [&](int i) {
     const int k = order[i];
-    solutions[k] = solve(islands[k], bodies, options[k], memory, is_large(blocks[k], all) ? pool : alone);
-  });
-  return solutions;
+    solve_in(*memories.of_islands[i], islands[k], bodies, options[k], friction, is_large(blocks[k], all) ? pool : alone, solutions[k]);
+  };
+  pool.for_jobs(static_cast<int>(islands.size()), std::cref(job));
 }
 
 }  // namespace crumple::sim::islands

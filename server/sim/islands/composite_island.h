@@ -8,6 +8,7 @@
 #include "server/sim/linear_solver/multigrid_hierarchy.h"
 #include "server/sim/linear_solver/solver_kind.h"
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -34,7 +35,8 @@ struct IslandBody {
   std::optional<RigidPart> rigid;
   bool in_solve = false;                    // a rigid fragment: nobody else steps it
   // Where the solve starts, if not from the velocities before the step: 3n of a soft body, (v, w) of a rigid one.
-  std::optional<Eigen::VectorXd> start;
+  Eigen::VectorXd start;
+  bool has_start = false;
   // Of soft bodies, for preconditioners; those that miss something are not used.
   linear_solver::MultigridHierarchy* hierarchy = nullptr;  // borrowed: the body's coarse levels, made when needed
   const std::vector<Vec3>* x = nullptr;                    // positions before the step [m], borrowed
@@ -42,6 +44,8 @@ struct IslandBody {
   double mean_tet_volume = 0;                              // [m^3]
   const fem::RestBody* rest = nullptr;                     // borrowed
   fem::WarpedFactor* factor = nullptr;                     // borrowed: of a body that has not broken, made when needed
+
+  void clear();  // as new, but for the memory of `start`
 };
 
 struct CompositeIsland {
@@ -52,7 +56,9 @@ struct CompositeIsland {
 // Every soft body and rigid fragment is in exactly one island, every other movable rigid body that touches one of them
 // too. Fixed bodies and planes join nothing: what only shares the ground solves apart. Islands are ordered by their first soft
 // body, after them those without one by their first fragment.
-std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodies, std::vector<contact::ContactRow> rows);
+std::vector<CompositeIsland> composite_islands(std::span<const IslandBody> bodies, std::span<const contact::ContactRow> rows);
+// The same into `islands`, whose memory is kept.
+void composite_islands(std::span<const IslandBody> bodies, std::span<const contact::ContactRow> rows, std::vector<CompositeIsland>& islands);
 
 struct IslandOptions {
   linear_solver::SolveOptions solve;
@@ -99,11 +105,21 @@ struct IslandSolution {
 IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies, const IslandOptions& options,
                      const contact::FrictionMemory& memory, const ThreadPool& pool);
 
+// What solves work in. Whoever keeps one from step to step lets steps allocate nothing: solve_all has one an island.
+class SolveMemory;
+struct SolveMemories {
+  SolveMemories();
+  ~SolveMemories();
+  std::vector<std::unique_ptr<SolveMemory>> of_islands;  // in the order in which they are begun
+  std::vector<int> blocks, order;                        // one an island
+};
+
 // All islands, several at a time [Parker & O'Brien 2009, figure 2]: a free thread takes the largest that is left; those of
 // at least 60 blocks and more than a quarter of all are solved by all threads that find none left, others by one.
-// options: one per island. The caller remembers the friction of those rows that it keeps.
-std::vector<IslandSolution> solve_all(std::span<CompositeIsland> islands, std::span<const IslandBody> bodies,
-                                      std::span<const IslandOptions> options, const contact::FrictionMemory& memory,
-                                      const ThreadPool& pool);
+// options: one per island. The caller remembers the friction of those rows that it keeps. solutions: one an island; their memory
+// is kept.
+void solve_all(std::span<CompositeIsland> islands, std::span<const IslandBody> bodies, std::span<const IslandOptions> options,
+               const contact::FrictionMemory& friction, const ThreadPool& pool, SolveMemories& memories,
+               std::vector<IslandSolution>& solutions);
 
 }  // namespace crumple::sim::islands

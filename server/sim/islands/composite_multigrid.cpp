@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
 #include <utility>
 
 namespace crumple::sim::islands {
@@ -58,37 +59,42 @@ inline Lanes CompositeMultigrid::LevelPart::product(int i, const Lanes* x) const
   return s0 + s1 + s2;
 }
 
-CompositeMultigrid::CompositeMultigrid(std::span<const MultigridPart> parts, std::span<const Mat3> rigid,
-                                       const contact::ContactRows& rows, const ThreadPool& pool)
-    : pool_(pool), rigid_(rigid.begin(), rigid.end()) {
-  Level finest;
+void CompositeMultigrid::assign(std::span<const MultigridPart> parts, std::span<const Mat3> rigid,
+                                const contact::ContactRows& rows, const ThreadPool& pool) {
+  pool_ = &pool;
+  rigid_.assign(rigid.begin(), rigid.end());
+  high_ = 0;
+  std::size_t deepest = 0;
+  for (const MultigridPart& part : parts) deepest = std::max(deepest, part.hierarchy->levels().size());
+  level_count_ = static_cast<int>(deepest) + 1;
+  if (levels_.size() < deepest + 1) levels_.resize(deepest + 1);
+
+  Level& finest = levels_.front();
+  finest.parts.clear();
+  finest.rigid_first = 0;
   for (const MultigridPart& part : parts) {
     high_ = std::max(high_, kHigh * part.system->spectral_bound);
     finest.parts.emplace_back(part);
     finest.rigid_first = part.first_block + part.system->node_count();
   }
   finest.blocks = finest.rigid_first + static_cast<int>(rigid_.size());
-  if (rows.size() > 0) finest.rows = LevelRows(rows);
-  levels_.push_back(std::move(finest));
-
-  std::size_t deepest = 0;
-  for (const MultigridPart& part : parts) deepest = std::max(deepest, part.hierarchy->levels().size());
+  finest.rows.assign(rows);
   for (std::size_t l = 0; l < deepest; ++l) {
-    add_coarser_level();
-    Level& level = levels_.back();
+    Level& level = levels_[l + 1];
+    make_coarser_level(levels_[l], level);
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const auto& own = parts[p].hierarchy->levels();
       if (l < own.size()) level.parts[p].follow(own[l]);
       level.parts[p].transfer = l + 1 < own.size() ? &own[l + 1].transfer : nullptr;
     }
   }
-  for (Level& level : levels_) prepare(level);
+  for (int l = 0; l < level_count_; ++l) prepare(levels_[l]);
   factor_coarsest();
 }
 
-void CompositeMultigrid::add_coarser_level() {
-  Level& fine = levels_.back();
-  Level coarse;
+void CompositeMultigrid::make_coarser_level(Level& fine, Level& coarse) {
+  coarse.parts.clear();
+  coarse.rigid_first = 0;
   for (LevelPart& part : fine.parts) {
     part.coarse_first = coarse.rigid_first;
     LevelPart below = part;
@@ -99,52 +105,53 @@ void CompositeMultigrid::add_coarser_level() {
   }
   fine.coarse_rigid_first = coarse.rigid_first;
   coarse.blocks = coarse.rigid_first + static_cast<int>(rigid_.size());
-  if (!fine.rows.empty()) {
-    coarse.rows = fine.rows.coarser([&](const LevelRows::Entry& entry, std::vector<LevelRows::Entry>& becomes) {
-      LevelRows::Entry below = entry;
-      if (entry.block >= fine.rigid_first) {
-        below.block += fine.coarse_rigid_first - fine.rigid_first;
-        becomes.push_back(below);
-        return;
-      }
-      const auto after = std::upper_bound(fine.parts.begin(), fine.parts.end(), entry.block,
-                                          [](int block, const LevelPart& part) { return block < part.first; });
-      const LevelPart& part = *(after - 1);
-      const int i = entry.block - part.first;
-      if (!part.transfer) {
-        below.block = part.coarse_first + i;
-        becomes.push_back(below);
-        return;
-      }
-      for (int k = part.transfer->row_start[i]; k < part.transfer->row_start[i + 1]; ++k) {
-        below.block = part.coarse_first + part.transfer->coarse[k];
-        below.weight = entry.weight * part.transfer->weight[k];
-        becomes.push_back(below);
-      }
-    });
-  }
-  levels_.push_back(std::move(coarse));
+  const auto follow = [&](const LevelRows::Entry& entry, std::vector<LevelRows::Entry>& becomes) {
+    LevelRows::Entry below = entry;
+    if (entry.block >= fine.rigid_first) {
+      below.block += fine.coarse_rigid_first - fine.rigid_first;
+      becomes.push_back(below);
+      return;
+    }
+    const auto after = std::upper_bound(fine.parts.begin(), fine.parts.end(), entry.block,
+                                        [](int block, const LevelPart& part) { return block < part.first; });
+    const LevelPart& part = *(after - 1);
+    const int i = entry.block - part.first;
+    if (!part.transfer) {
+      below.block = part.coarse_first + i;
+      becomes.push_back(below);
+      return;
+    }
+    for (int k = part.transfer->row_start[i]; k < part.transfer->row_start[i + 1]; ++k) {
+      below.block = part.coarse_first + part.transfer->coarse[k];
+      below.weight = entry.weight * part.transfer->weight[k];
+      becomes.push_back(below);
+    }
+  };
+  coarse.rows.assign_coarser(fine.rows, std::cref(follow));
 }
 
 void CompositeMultigrid::prepare(Level& level) {
-  std::vector<Mat3> diagonal;
-  diagonal.reserve(level.blocks);
-  for (const LevelPart& part : level.parts) diagonal.insert(diagonal.end(), part.diagonal.begin(), part.diagonal.end());
-  diagonal.insert(diagonal.end(), rigid_.begin(), rigid_.end());
+  bound_.clear();
+  bound_.reserve(level.blocks);
+  for (const LevelPart& part : level.parts) bound_.insert(bound_.end(), part.diagonal.begin(), part.diagonal.end());
+  bound_.insert(bound_.end(), rigid_.begin(), rigid_.end());
   level.diagonal.resize(level.blocks);
-  for (int i = 0; i < level.blocks; ++i) level.diagonal[i] = LaneBlock(diagonal[i]);
-  level.rows.add_bound(1 / high_, diagonal);
   level.smoother.resize(level.blocks);
-  pool_.for_chunks(level.blocks, kRowsPerChunk, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) level.smoother[i] = inverse_or_identity(diagonal[i]);
-  });
+  for (int i = 0; i < level.blocks; ++i) level.diagonal[i] = LaneBlock(bound_[i]);
+  level.rows.add_bound(1 / high_, bound_);
+  const auto invert = [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) level.smoother[i] = inverse_or_identity(bound_[i]);
+  };
+  pool_->for_chunks(level.blocks, kRowsPerChunk, std::cref(invert));
   for (std::vector<Lanes>* v : {&level.b, &level.x, &level.next, &level.d}) v->assign(level.blocks, Lanes{});
 }
 
 void CompositeMultigrid::factor_coarsest() {
-  const Level& level = levels_.back();
+  const Level& level = levels_[level_count_ - 1];
+  dense_ = false;
   if (level.blocks > kMostDenseBlocks) return;
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(3 * level.blocks, 3 * level.blocks);
+  Eigen::MatrixXd& A = dense_A_;
+  A.setZero(3 * level.blocks, 3 * level.blocks);
   for (const LevelPart& part : level.parts)
     for (int i = 0; i < part.count; ++i) {
       const int row = 3 * (part.first + i);
@@ -165,7 +172,7 @@ void CompositeMultigrid::factor_coarsest() {
 // finish(i, A x of row i) for every row of the level, x being level.x.
 template <class Finish>
 void CompositeMultigrid::each_row(Level& level, const Finish& finish) const {
-  level.rows.product(level.x.data(), pool_);
+  level.rows.product(level.x.data(), *pool_);
   const bool rows = !level.rows.empty();
   const auto chunk = [&](int begin, int end) {
     int cursor = rows ? level.rows.cursor(begin) : 0;
@@ -181,7 +188,7 @@ void CompositeMultigrid::each_row(Level& level, const Finish& finish) const {
     }
     for (int i = std::max(begin, level.rigid_first); i < end; ++i) complete(i, Lanes{});
   };
-  pool_.for_chunks(level.blocks, kRowsPerChunk, std::cref(chunk));
+  pool_->for_chunks(level.blocks, kRowsPerChunk, std::cref(chunk));
 }
 
 // x := x + p(D^-1 A) D^-1 (b - A x), p the Chebyshev polynomial that is small on [low high_, high_].
@@ -197,10 +204,11 @@ void CompositeMultigrid::smooth(Level& level, int steps, double low, bool from_z
       rho = rho_next;
     }
     if (step == 0 && from_zero) {
-      pool_.for_chunks(level.blocks, kRowsPerChunk, [&](int begin, int end) {
+      const auto first = [&](int begin, int end) {
         for (int i = begin; i < end; ++i)
           level.x[i] = level.d[i] = linear_solver::lanes(take) * multiply_add(level.smoother[i], level.b[i], Lanes{});
-      });
+      };
+      pool_->for_chunks(level.blocks, kRowsPerChunk, std::cref(first));
       continue;
     }
     each_row(level, [&](int i, Lanes Ax) {
@@ -228,7 +236,7 @@ void CompositeMultigrid::solve_coarsest(Level& level) {
 
 void CompositeMultigrid::cycle(std::size_t l) {
   Level& level = levels_[l];
-  if (l + 1 == levels_.size()) {
+  if (static_cast<int>(l) + 1 == level_count_) {
     solve_coarsest(level);
     return;
   }
@@ -242,14 +250,15 @@ void CompositeMultigrid::cycle(std::size_t l) {
       continue;
     }
     const linear_solver::LevelTransfer& t = *part.transfer;
-    pool_.for_chunks(t.coarse_count(), kRowsPerChunk, [&](int begin, int end) {
+    const auto restrict_to = [&](int begin, int end) {
       for (int I = begin; I < end; ++I) {
         Lanes sum{};
         for (int k = t.column_start[I]; k < t.column_start[I + 1]; ++k)
           sum = multiply_add(level.next[part.first + t.fine[k]], linear_solver::lanes(t.column_weight[k]), sum);
         coarse.b[part.coarse_first + I] = sum;
       }
-    });
+    };
+    pool_->for_chunks(t.coarse_count(), kRowsPerChunk, std::cref(restrict_to));
   }
   std::copy(level.next.begin() + level.rigid_first, level.next.end(), coarse.b.begin() + coarse.rigid_first);
   cycle(l + 1);
@@ -259,14 +268,15 @@ void CompositeMultigrid::cycle(std::size_t l) {
       continue;
     }
     const linear_solver::LevelTransfer& t = *part.transfer;
-    pool_.for_chunks(part.count, kRowsPerChunk, [&](int begin, int end) {
+    const auto prolong = [&](int begin, int end) {
       for (int i = begin; i < end; ++i) {
         Lanes sum = level.x[part.first + i];
         for (int k = t.row_start[i]; k < t.row_start[i + 1]; ++k)
           sum = multiply_add(coarse.x[part.coarse_first + t.coarse[k]], linear_solver::lanes(t.weight[k]), sum);
         level.x[part.first + i] = sum;
       }
-    });
+    };
+    pool_->for_chunks(part.count, kRowsPerChunk, std::cref(prolong));
   }
   for (int i = level.rigid_first; i < level.blocks; ++i) level.x[i] += coarse.x[coarse.rigid_first + i - level.rigid_first];
   smooth(level, kSmoothing, kLow, false);
@@ -275,15 +285,17 @@ void CompositeMultigrid::cycle(std::size_t l) {
 void CompositeMultigrid::apply(const Eigen::VectorXd& r, Eigen::VectorXd& z) {
   Level& finest = levels_.front();
   assert(r.size() == 3 * finest.blocks && z.size() == r.size());
-  pool_.for_chunks(finest.blocks, kRowsPerChunk, [&](int begin, int end) {
+  const auto take_r = [&](int begin, int end) {
     for (int i = begin; i < end; ++i)
       finest.b[i] = Lanes{static_cast<float>(r[3 * i]), static_cast<float>(r[3 * i + 1]), static_cast<float>(r[3 * i + 2]), 0};
-  });
+  };
+  pool_->for_chunks(finest.blocks, kRowsPerChunk, std::cref(take_r));
   cycle(0);
-  pool_.for_chunks(finest.blocks, kRowsPerChunk, [&](int begin, int end) {
+  const auto give_z = [&](int begin, int end) {
     for (int i = begin; i < end; ++i)
       for (int j = 0; j < 3; ++j) z[3 * i + j] = finest.x[i][j];
-  });
+  };
+  pool_->for_chunks(finest.blocks, kRowsPerChunk, std::cref(give_z));
 }
 
 }  // namespace crumple::sim::islands

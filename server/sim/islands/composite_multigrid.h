@@ -29,12 +29,17 @@ class CompositeMultigrid {
   // parts: in the order of their blocks, which they fill without gaps. rigid: diagonal blocks of rigid bodies, after the
   // parts'. rows: of the same unknowns.
   CompositeMultigrid(std::span<const MultigridPart> parts, std::span<const Mat3> rigid, const contact::ContactRows& rows,
-                     const ThreadPool& pool);
+                     const ThreadPool& pool) {
+    assign(parts, rigid, rows, pool);
+  }
+  CompositeMultigrid() = default;
+  void assign(std::span<const MultigridPart> parts, std::span<const Mat3> rigid, const contact::ContactRows& rows,
+              const ThreadPool& pool);  // keeps its memory
 
   // z = M^-1 r; r, z: 3 a block.
   void apply(const Eigen::VectorXd& r, Eigen::VectorXd& z);
 
-  int level_count() const { return static_cast<int>(levels_.size()); }
+  int level_count() const { return level_count_; }
 
  private:
   struct LevelPart {
@@ -58,7 +63,7 @@ class CompositeMultigrid {
     std::vector<Lanes> b, x, next, d;
   };
 
-  void add_coarser_level();
+  void make_coarser_level(Level& fine, Level& coarse);
   void prepare(Level& level);
   void factor_coarsest();
   void solve_coarsest(Level& level);
@@ -67,9 +72,12 @@ class CompositeMultigrid {
   void smooth(Level& level, int steps, double low, bool from_zero) const;
   void cycle(std::size_t l);
 
-  const ThreadPool& pool_;
+  const ThreadPool* pool_ = nullptr;
   std::vector<Mat3> rigid_;
-  std::vector<Level> levels_;
+  std::vector<Level> levels_;  // the first level_count_ of them
+  int level_count_ = 0;
+  std::vector<Mat3> bound_;    // scratch: a level's block diagonal with its rows' bound
+  Eigen::MatrixXd dense_A_;
   double high_ = 0;  // upper end of the polynomial's interval
   bool dense_ = false;
   Eigen::LLT<Eigen::MatrixXd> coarsest_;

@@ -14,60 +14,67 @@ constexpr double kRelaxation = 1.5;  // of a smoothing step whose largest eigenv
 
 }  // namespace
 
-IslandPreconditioner::IslandPreconditioner(const IslandSystem& system, SolverKind wanted, const ThreadPool& pool)
-    : system_(system), kind_(system.choose(wanted)), pool_(pool) {
+void IslandPreconditioner::assign(const IslandSystem& system, SolverKind wanted, const ThreadPool& pool) {
+  system_ = &system;
+  pool_ = &pool;
+  kind_ = system.choose(wanted);
   if (kind_ == SolverKind::warped_factor) {
-    factors_ = system.update_factors(pool);
+    system.update_factors(factors_, pool);
     if (factors_.empty()) kind_ = system.choose_without_factors();
   }
-  if (kind_ == SolverKind::multigrid) parts_ = system.update_coarse_levels(pool);
+  if (kind_ == SolverKind::multigrid) system.update_coarse_levels(parts_, pool);
   if (kind_ != SolverKind::rigid_modes) return;
   const auto multiply = [&](const VectorXd& in, VectorXd& out) { system.multiply(in, out, pool); };
-  modes_.emplace(system.modes_parts(), system.rigid_diagonal(), std::cref(multiply));
+  system.modes_parts(modes_parts_);
+  system.rigid_diagonal(diagonal_);
+  modes_.assign(modes_parts_, diagonal_, std::cref(multiply));
 }
 
 void IslandPreconditioner::refresh(const ContactRows& rows) {
   rows_ = &rows;
   if (kind_ == SolverKind::multigrid) {
-    multigrid_.emplace(parts_, system_.rigid_diagonal(), rows, pool_);
+    system_->rigid_diagonal(diagonal_);
+    multigrid_.assign(parts_, diagonal_, rows, *pool_);
     return;
   }
-  jacobi_.assign(system_.diagonal());
+  system_->diagonal(diagonal_);
+  jacobi_.assign(diagonal_);
   rows.add_to_diagonal(jacobi_.blocks());
-  jacobi_.invert(pool_);
-  if (modes_) modes_->factor(rows);
+  jacobi_.invert(*pool_);
+  if (kind_ == SolverKind::rigid_modes) modes_.factor(rows);
   if (kind_ != SolverKind::warped_factor || rows.size() == 0) return;
   // A <= high D and W^T D_rows W <= high bound: no eigenvalue of the scaled blocks times the matrix is above one.
-  const double high = system_.spectral_bound();
-  smoother_.assign(system_.diagonal());
+  const double high = system_->spectral_bound();
+  smoother_.assign(diagonal_);
   LevelRows(rows).add_bound(1 / high, smoother_.blocks());
   for (Mat3& block : smoother_.blocks()) block *= high / kRelaxation;
-  smoother_.invert(pool_);
+  smoother_.invert(*pool_);
 }
 
 void IslandPreconditioner::apply(const VectorXd& r, VectorXd& z) {
-  if (multigrid_) return multigrid_->apply(r, z);
+  if (kind_ == SolverKind::multigrid) return multigrid_.apply(r, z);
   if (kind_ == SolverKind::warped_factor) {
     if (rows_->size() == 0) return apply_factors(r, z);
     return smooth_around_factors(r, z);
   }
-  jacobi_.apply(r, z, pool_);
-  if (modes_) modes_->add_to(r, z);
+  jacobi_.apply(r, z, *pool_);
+  if (kind_ == SolverKind::rigid_modes) modes_.add_to(r, z);
 }
 
 void IslandPreconditioner::apply_factors(const VectorXd& r, VectorXd& z) {
   const IslandSystem::FactorPart& last = factors_.back();
-  if (last.first_block + last.blocks < system_.blocks()) jacobi_.apply(r, z, pool_);  // rigid bodies, which come last
-  pool_.for_jobs(static_cast<int>(factors_.size()), [&](int k) {
+  if (last.first_block + last.blocks < system_->blocks()) jacobi_.apply(r, z, *pool_);  // rigid bodies, which come last
+  const auto job = [&](int k) {
     const IslandSystem::FactorPart& part = factors_[k];
     part.factor->apply(r.segment(3 * part.first_block, 3 * part.blocks), z.segment(3 * part.first_block, 3 * part.blocks));
-  });
+  };
+  pool_->for_jobs(static_cast<int>(factors_.size()), std::cref(job));
 }
 
 void IslandPreconditioner::subtract_product(const VectorXd& x, VectorXd& r) {
   product_.resize(x.size());
-  system_.multiply(x, product_, pool_);
-  rows_->apply_add(x, product_, pool_);
+  system_->multiply(x, product_, *pool_);
+  rows_->apply_add(x, product_, *pool_);
   r -= product_;
 }
 
@@ -75,18 +82,18 @@ void IslandPreconditioner::subtract_product(const VectorXd& x, VectorXd& r) {
 void IslandPreconditioner::smooth_around_factors(const VectorXd& r, VectorXd& z) {
   left_ = r;
   correction_.resize(r.size());
-  smoother_.apply(r, z, pool_);
+  smoother_.apply(r, z, *pool_);
   subtract_product(z, left_);
   apply_factors(left_, correction_);
   z += correction_;
   subtract_product(correction_, left_);
-  smoother_.apply(left_, correction_, pool_);
+  smoother_.apply(left_, correction_, *pool_);
   z += correction_;
 }
 
 linear_solver::SquaredNorm IslandPreconditioner::norm() const {
-  if (!modes_ && kind_ != SolverKind::warped_factor) return {};
-  return [this](const VectorXd& r) { return jacobi_.squared_norm(r, pool_); };
+  if (kind_ != SolverKind::rigid_modes && kind_ != SolverKind::warped_factor) return {};
+  return [this](const VectorXd& r) { return jacobi_.squared_norm(r, *pool_); };
 }
 
 }  // namespace crumple::sim::islands

@@ -6,7 +6,6 @@
 #include "server/sim/linear_solver/block_jacobi.h"
 #include "server/sim/linear_solver/conjugate_gradient.h"
 
-#include <optional>
 #include <vector>
 
 namespace crumple::sim::islands {
@@ -15,7 +14,9 @@ namespace crumple::sim::islands {
 // and the rows of the last refresh().
 class IslandPreconditioner {
  public:
-  IslandPreconditioner(const IslandSystem& system, linear_solver::SolverKind wanted, const ThreadPool& pool);
+  IslandPreconditioner() = default;
+  IslandPreconditioner(const IslandSystem& system, linear_solver::SolverKind wanted, const ThreadPool& pool) { assign(system, wanted, pool); }
+  void assign(const IslandSystem& system, linear_solver::SolverKind wanted, const ThreadPool& pool);  // keeps its memory
 
   linear_solver::SolverKind kind() const { return kind_; }
   void refresh(const contact::ContactRows& rows);
@@ -31,14 +32,17 @@ class IslandPreconditioner {
   void apply_factors(const Eigen::VectorXd& r, Eigen::VectorXd& z);
   void subtract_product(const Eigen::VectorXd& x, Eigen::VectorXd& r);
 
-  const IslandSystem& system_;
-  linear_solver::SolverKind kind_;
-  const ThreadPool& pool_;
+  const IslandSystem* system_ = nullptr;
+  linear_solver::SolverKind kind_ = linear_solver::SolverKind::jacobi;
+  const ThreadPool* pool_ = nullptr;
   const contact::ContactRows* rows_ = nullptr;
+  std::vector<Mat3> diagonal_;
+  // Each used where it is the kind.
   std::vector<MultigridPart> parts_;
-  std::optional<CompositeMultigrid> multigrid_;
+  CompositeMultigrid multigrid_;
   linear_solver::BlockJacobi jacobi_;
-  std::optional<RigidModes> modes_;
+  std::vector<ModesPart> modes_parts_;
+  RigidModes modes_;
   std::vector<IslandSystem::FactorPart> factors_;
   linear_solver::BlockJacobi smoother_;  // around factors, where there are rows
   Eigen::VectorXd left_, product_, correction_;

@@ -29,8 +29,11 @@ bool is_anchored(const contact::ContactRow& row) {
 
 }  // namespace
 
-IslandSystem::IslandSystem(const CompositeIsland& island, std::span<const IslandBody> bodies)
-    : island_(island), bodies_(bodies), first_block_(bodies.size(), -1) {
+void IslandSystem::assign(const CompositeIsland& island, std::span<const IslandBody> bodies) {
+  island_ = &island;
+  bodies_ = bodies;
+  first_block_.assign(bodies.size(), -1);
+  blocks_ = 0;
   for (const int body : island.soft) {
     first_block_[body] = blocks_;
     blocks_ += bodies[body].system->node_count();
@@ -45,12 +48,12 @@ IslandSystem::IslandSystem(const CompositeIsland& island, std::span<const Island
 void IslandSystem::fill(VectorXd& b, VectorXd& x) const {
   b.resize(3 * blocks_);
   x.resize(3 * blocks_);
-  for (const int body : island_.soft) {
+  for (const int body : island_->soft) {
     const fem::StepSystem& s = *bodies_[body].system;
     b.segment(3 * first_block_[body], s.b.size()) = s.b;
     x.segment(3 * first_block_[body], s.b.size()) = s.guess;
   }
-  for (const int body : island_.rigid) {
+  for (const int body : island_->rigid) {
     const RigidPart& part = *bodies_[body].rigid;
     b.segment<6>(3 * first_block_[body]) << part.b_v, part.b_w;
     x.segment<6>(3 * first_block_[body]) << part.v, part.w;
@@ -59,16 +62,17 @@ void IslandSystem::fill(VectorXd& b, VectorXd& x) const {
 
 void IslandSystem::start_from(VectorXd& x) const {
   const auto put = [&](int body) {
-    if (const auto& start = bodies_[body].start) x.segment(3 * first_block_[body], start->size()) = *start;
+    const IslandBody& own = bodies_[body];
+    if (own.has_start) x.segment(3 * first_block_[body], own.start.size()) = own.start;
   };
-  std::ranges::for_each(island_.soft, put);
-  std::ranges::for_each(island_.rigid, put);
+  std::ranges::for_each(island_->soft, put);
+  std::ranges::for_each(island_->rigid, put);
 }
 
 void IslandSystem::multiply(const VectorXd& x, VectorXd& y, const ThreadPool& pool) const {
   // One loop over the rows of all bodies: small ones would not fill the threads.
   const auto rows = [&](int begin, int end) {
-    auto body = std::ranges::upper_bound(island_.soft, begin, {}, [&](int b) { return first_block_[b]; }) - 1;
+    auto body = std::ranges::upper_bound(island_->soft, begin, {}, [&](int b) { return first_block_[b]; }) - 1;
     for (; begin < end; ++body) {
       const fem::StepSystem& s = *bodies_[*body].system;
       const int first = first_block_[*body], stop = std::min(end - first, s.node_count());
@@ -77,7 +81,7 @@ void IslandSystem::multiply(const VectorXd& x, VectorXd& y, const ThreadPool& po
     }
   };
   pool.for_chunks(soft_blocks_, kRowsPerChunk, std::cref(rows));
-  for (const int body : island_.rigid) {
+  for (const int body : island_->rigid) {
     const RigidPart& part = *bodies_[body].rigid;
     const int begin = 3 * first_block_[body];
     y.segment<3>(begin) = part.mass * x.segment<3>(begin);
@@ -85,25 +89,26 @@ void IslandSystem::multiply(const VectorXd& x, VectorXd& y, const ThreadPool& po
   }
 }
 
-std::vector<Mat3> IslandSystem::diagonal() const {
-  std::vector<Mat3> diagonal;
+void IslandSystem::diagonal(std::vector<Mat3>& diagonal) const {
+  diagonal.clear();
   diagonal.reserve(blocks_);
-  for (const int body : island_.soft) {
+  for (const int body : island_->soft) {
     const std::vector<Mat3>& own = bodies_[body].system->diagonal();
     diagonal.insert(diagonal.end(), own.begin(), own.end());
   }
-  const std::vector<Mat3> rigid = rigid_diagonal();
-  diagonal.insert(diagonal.end(), rigid.begin(), rigid.end());
-  return diagonal;
+  append_rigid_diagonal(diagonal);
 }
 
-std::vector<Mat3> IslandSystem::rigid_diagonal() const {
-  std::vector<Mat3> diagonal;
-  for (const int body : island_.rigid) {
+void IslandSystem::rigid_diagonal(std::vector<Mat3>& diagonal) const {
+  diagonal.clear();
+  append_rigid_diagonal(diagonal);
+}
+
+void IslandSystem::append_rigid_diagonal(std::vector<Mat3>& diagonal) const {
+  for (const int body : island_->rigid) {
     diagonal.push_back(bodies_[body].rigid->mass * Mat3::Identity());
     diagonal.push_back(bodies_[body].rigid->inertia_W);
   }
-  return diagonal;
 }
 
 void IslandSystem::append_to(std::vector<Eigen::Triplet<double>>& entries) const {
@@ -112,8 +117,8 @@ void IslandSystem::append_to(std::vector<Eigen::Triplet<double>>& entries) const
       for (Eigen::SparseMatrix<double>::InnerIterator entry(A, column); entry; ++entry)
         entries.emplace_back(3 * first_block + entry.row(), 3 * first_block + entry.col(), entry.value());
   };
-  for (const int body : island_.soft) add(first_block_[body], bodies_[body].system->to_sparse());
-  for (const int body : island_.rigid) {
+  for (const int body : island_->soft) add(first_block_[body], bodies_[body].system->to_sparse());
+  for (const int body : island_->rigid) {
     add(first_block_[body], (bodies_[body].rigid->mass * Mat3::Identity()).sparseView());
     add(first_block_[body] + 1, bodies_[body].rigid->inertia_W.sparseView());
   }
@@ -124,12 +129,12 @@ void IslandSystem::append_to(std::vector<Eigen::Triplet<double>>& entries) const
 // iterations go into is the motion of pieces as a whole. Soft and light ones are block-Jacobi's.
 SolverKind IslandSystem::choose(SolverKind wanted) const {
   if (wanted == SolverKind::jacobi || wanted == SolverKind::direct) return wanted;
-  const bool has_factors = !island_.soft.empty() && all_have(&IslandBody::factor);
+  const bool has_factors = !island_->soft.empty() && all_have(&IslandBody::factor);
   if (wanted == SolverKind::multigrid) return all_have(&IslandBody::hierarchy) ? wanted : SolverKind::jacobi;
   if (wanted == SolverKind::rigid_modes) return all_have(&IslandBody::x) ? wanted : SolverKind::jacobi;
   if (wanted == SolverKind::warped_factor && has_factors) return wanted;
-  const bool alone = island_.rows.empty() && island_.rigid.empty();
-  const bool lasts = has_factors && std::ranges::none_of(island_.soft, [&](int body) { return bodies_[body].rest->breakable(); });
+  const bool alone = island_->rows.empty() && island_->rigid.empty();
+  const bool lasts = has_factors && std::ranges::none_of(island_->soft, [&](int body) { return bodies_[body].rest->breakable(); });
   if (lasts && alone && blocks_ <= kFactorNodes && stiffness() >= kModesStiffness)
     return SolverKind::warped_factor;
   return choose_without_factors();
@@ -137,7 +142,7 @@ SolverKind IslandSystem::choose(SolverKind wanted) const {
 
 double IslandSystem::stiffness() const {
   double diagonal = 0, mass = 0;
-  for (const int body : island_.soft) {
+  for (const int body : island_->soft) {
     const fem::StepSystem& s = *bodies_[body].system;
     for (int i = 0; i < s.node_count(); ++i) {
       diagonal += s.diagonal()[i].trace();
@@ -148,14 +153,14 @@ double IslandSystem::stiffness() const {
 }
 
 SolverKind IslandSystem::choose_without_factors() const {
-  if (island_.soft.empty()) return SolverKind::jacobi;
+  if (island_->soft.empty()) return SolverKind::jacobi;
   int largest = 0;
-  double pieces = static_cast<double>(island_.rigid.size());
-  for (const int body : island_.soft) {
+  double pieces = static_cast<double>(island_->rigid.size());
+  for (const int body : island_->soft) {
     const fem::StepSystem& s = *bodies_[body].system;
     pieces += s.piece_count;
-    std::vector<int> size(s.piece_count, 0);
-    for (int i = 0; i < s.node_count(); ++i) largest = std::max(largest, ++size[s.piece[i]]);
+    piece_size_.assign(s.piece_count, 0);
+    for (int i = 0; i < s.node_count(); ++i) largest = std::max(largest, ++piece_size_[s.piece[i]]);
   }
   const double stiff = stiffness();
   if (all_have(&IslandBody::hierarchy) && largest >= kMultigridPiece && blocks_ >= kMultigridBlocks * pieces && stiff >= kMultigridStiffness)
@@ -163,64 +168,61 @@ SolverKind IslandSystem::choose_without_factors() const {
   return all_have(&IslandBody::x) && stiff >= kModesStiffness ? SolverKind::rigid_modes : SolverKind::jacobi;
 }
 
-std::vector<MultigridPart> IslandSystem::update_coarse_levels(const ThreadPool& pool) const {
-  std::vector<MultigridPart> parts;
-  for (const int body : island_.soft) {
+void IslandSystem::update_coarse_levels(std::vector<MultigridPart>& parts, const ThreadPool& pool) const {
+  parts.clear();
+  for (const int body : island_->soft) {
     const IslandBody& own = bodies_[body];
     std::visit([&](const auto& A) { own.hierarchy->update(A, *own.X, own.system->prescribed, own.mean_tet_volume, pool); },
                own.system->A);
     parts.push_back({own.system, own.hierarchy, first_block_[body]});
   }
-  return parts;
 }
 
-std::vector<ModesPart> IslandSystem::modes_parts() const {
-  std::vector<ModesPart> parts;
-  for (const int body : island_.soft) parts.push_back({bodies_[body].system, bodies_[body].x, first_block_[body]});
-  return parts;
+void IslandSystem::modes_parts(std::vector<ModesPart>& parts) const {
+  parts.clear();
+  for (const int body : island_->soft) parts.push_back({bodies_[body].system, bodies_[body].x, first_block_[body]});
 }
 
-std::vector<IslandSystem::FactorPart> IslandSystem::update_factors(const ThreadPool& pool) const {
-  std::vector<FactorPart> parts;
-  for (const int body : island_.soft) {
+void IslandSystem::update_factors(std::vector<FactorPart>& parts, const ThreadPool& pool) const {
+  parts.clear();
+  for (const int body : island_->soft) {
     const IslandBody& own = bodies_[body];
-    if (!own.factor->update(*own.rest, *own.X, *own.system, pool)) return {};
+    if (!own.factor->update(*own.rest, *own.X, *own.system, pool)) return parts.clear();
     parts.push_back({own.factor, first_block_[body], own.system->node_count()});
   }
-  return parts;
 }
 
 double IslandSystem::spectral_bound() const {
   double bound = 1;  // of rigid bodies
-  for (const int body : island_.soft) bound = std::max(bound, bodies_[body].system->spectral_bound);
+  for (const int body : island_->soft) bound = std::max(bound, bodies_[body].system->spectral_bound);
   return bound;
 }
 
 double IslandSystem::mass() const {
   double mass = 0;
-  for (const int body : island_.soft)
+  for (const int body : island_->soft)
     for (const double m : bodies_[body].system->row_mass) mass += m;
-  for (const int body : island_.rigid) mass += bodies_[body].rigid->mass;
+  for (const int body : island_->rigid) mass += bodies_[body].rigid->mass;
   return mass;
 }
 
 bool IslandSystem::anything_fixed() const {
-  if (std::ranges::any_of(island_.soft, [&](int body) { return bodies_[body].system->any_prescribed; })) return true;
-  return std::ranges::any_of(island_.rows, [](const contact::ContactRow& row) { return row.active && is_anchored(row); });
+  if (std::ranges::any_of(island_->soft, [&](int body) { return bodies_[body].system->any_prescribed; })) return true;
+  return std::ranges::any_of(island_->rows, [](const contact::ContactRow& row) { return row.active && is_anchored(row); });
 }
 
 void IslandSystem::remove_net_momentum_error(VectorXd& x, const VectorXd& b) const {
   Vec3 missing = Vec3::Zero();
   const auto balance = [&](int block, double m) { missing += b.segment<3>(3 * block) - m * x.segment<3>(3 * block); };
-  for (const int body : island_.soft) {
+  for (const int body : island_->soft) {
     const std::vector<double>& m = bodies_[body].system->row_mass;
     for (int i = 0; i < static_cast<int>(m.size()); ++i) balance(first_block_[body] + i, m[i]);
   }
-  for (const int body : island_.rigid) balance(first_block_[body], bodies_[body].rigid->mass);
+  for (const int body : island_->rigid) balance(first_block_[body], bodies_[body].rigid->mass);
   const Vec3 dv = missing / mass();
-  for (const int body : island_.soft)
+  for (const int body : island_->soft)
     for (int i = 0; i < bodies_[body].system->node_count(); ++i) x.segment<3>(3 * (first_block_[body] + i)) += dv;
-  for (const int body : island_.rigid) x.segment<3>(3 * first_block_[body]) += dv;
+  for (const int body : island_->rigid) x.segment<3>(3 * first_block_[body]) += dv;
 }
 
 }  // namespace crumple::sim::islands

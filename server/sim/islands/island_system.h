@@ -14,7 +14,9 @@ namespace crumple::sim::islands {
 // of its soft bodies in order, then linear and angular velocity of its rigid ones. Borrows what it is made of.
 class IslandSystem {
  public:
-  IslandSystem(const CompositeIsland& island, std::span<const IslandBody> bodies);
+  IslandSystem(const CompositeIsland& island, std::span<const IslandBody> bodies) { assign(island, bodies); }
+  IslandSystem() = default;
+  void assign(const CompositeIsland& island, std::span<const IslandBody> bodies);  // keeps its memory
 
   int blocks() const { return blocks_; }
   std::span<const int> first_block() const { return first_block_; }  // by body, -1 outside the island
@@ -25,22 +27,23 @@ class IslandSystem {
   void start_from(Eigen::VectorXd& x) const;
 
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;  // y = A x
-  std::vector<Mat3> diagonal() const;        // one a block
-  std::vector<Mat3> rigid_diagonal() const;  // two a rigid body
+  // One a block; two a rigid body. They replace what is there.
+  void diagonal(std::vector<Mat3>& diagonal) const;
+  void rigid_diagonal(std::vector<Mat3>& diagonal) const;
   void append_to(std::vector<Eigen::Triplet<double>>& entries) const;
 
   // Which solver `automatic` is; any other stays, unless bodies have not what it needs.
   linear_solver::SolverKind choose(linear_solver::SolverKind wanted) const;
   linear_solver::SolverKind choose_without_factors() const;  // which one `automatic` is then
   // What a multigrid cycle works on; brings the bodies' coarse levels up to date.
-  std::vector<MultigridPart> update_coarse_levels(const ThreadPool& pool) const;
-  std::vector<ModesPart> modes_parts() const;
-  // Each soft body's factor at rest with its first block, up to date; nothing if a body has none.
+  void update_coarse_levels(std::vector<MultigridPart>& parts, const ThreadPool& pool) const;
+  void modes_parts(std::vector<ModesPart>& parts) const;
+  // Each soft body's factor at rest with its first block, up to date; nothing if one cannot be made.
   struct FactorPart {
     fem::WarpedFactor* factor = nullptr;
     int first_block = 0, blocks = 0;
   };
-  std::vector<FactorPart> update_factors(const ThreadPool& pool) const;
+  void update_factors(std::vector<FactorPart>& parts, const ThreadPool& pool) const;
 
   double spectral_bound() const;  // no eigenvalue of A is above so many times its block diagonal's
   double mass() const;          // of all of it, as the rows of A have it [kg]
@@ -52,13 +55,15 @@ class IslandSystem {
  private:
   // Whether every soft body has it.
   bool all_have(auto IslandBody::* what) const {
-    return std::ranges::all_of(island_.soft, [&](int body) { return bodies_[body].*what != nullptr; });
+    return std::ranges::all_of(island_->soft, [&](int body) { return bodies_[body].*what != nullptr; });
   }
+  void append_rigid_diagonal(std::vector<Mat3>& diagonal) const;
   double stiffness() const;  // of soft bodies: the diagonal of A over the mass in it [-]
 
-  const CompositeIsland& island_;
+  const CompositeIsland* island_ = nullptr;
   std::span<const IslandBody> bodies_;
   std::vector<int> first_block_;
+  mutable std::vector<int> piece_size_;  // scratch of choose
   int blocks_ = 0, soft_blocks_ = 0;  // those of soft bodies come first
 };
 

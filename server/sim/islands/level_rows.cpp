@@ -20,59 +20,61 @@ double share(const LevelRows::Entry& e) { return e.weight != 0 ? std::abs(e.weig
 
 }  // namespace
 
-LevelRows::LevelRows(const contact::ContactRows& rows) : D_(std::make_shared<std::vector<Mat3>>(rows.coefficients())) {
+void LevelRows::assign(const contact::ContactRows& rows) {
+  D_ = rows.coefficients();
+  entries_.clear();
   row_start_.assign(rows.row_start().begin(), rows.row_start().end());
   for (const auto& e : rows.entries()) entries_.push_back({e.row, e.block, static_cast<float>(e.weight), to_lanes(e.arm)});
   index();
 }
 
-LevelRows LevelRows::coarser(const Follow& follow) const {
-  LevelRows coarse;
-  coarse.D_ = D_;
-  if (row_start_.empty()) return coarse;
-  coarse.row_start_.push_back(0);
-  std::vector<Entry> becomes;
-  for (std::size_t row = 0; row + 1 < row_start_.size(); ++row) {
-    const std::size_t first = coarse.entries_.size();
-    for (int e = row_start_[row]; e < row_start_[row + 1]; ++e) {
-      becomes.clear();
-      follow(entries_[e], becomes);
-      for (const Entry& entry : becomes) {
-        const auto same = std::find_if(coarse.entries_.begin() + static_cast<std::ptrdiff_t>(first), coarse.entries_.end(), [&](const Entry& other) {
+void LevelRows::assign_coarser(const LevelRows& fine, const Follow& follow) {
+  D_ = fine.D_;
+  entries_.clear();
+  row_start_.assign(1, 0);
+  for (std::size_t row = 0; row + 1 < fine.row_start_.size(); ++row) {
+    const std::size_t first = entries_.size();
+    for (int e = fine.row_start_[row]; e < fine.row_start_[row + 1]; ++e) {
+      becomes_.clear();
+      follow(fine.entries_[e], becomes_);
+      for (const Entry& entry : becomes_) {
+        const auto same = std::find_if(entries_.begin() + static_cast<std::ptrdiff_t>(first), entries_.end(), [&](const Entry& other) {
           return other.block == entry.block && (other.weight != 0) == (entry.weight != 0);
         });
-        if (same == coarse.entries_.end() || entry.weight == 0) coarse.entries_.push_back(entry);
+        if (same == entries_.end() || entry.weight == 0) entries_.push_back(entry);
         else same->weight += entry.weight;
       }
     }
-    coarse.row_start_.push_back(static_cast<int>(coarse.entries_.size()));
+    row_start_.push_back(static_cast<int>(entries_.size()));
   }
-  coarse.index();
-  return coarse;
+  index();
 }
 
 void LevelRows::index() {
   int blocks = 0;
   for (const Entry& e : entries_) blocks = std::max(blocks, e.block + 1);
-  std::vector<int> start(blocks + 1, 0);
-  for (const Entry& e : entries_) ++start[e.block + 1];
+  start_.assign(blocks + 1, 0);
+  touched_.clear();
+  touch_start_.clear();
+  for (const Entry& e : entries_) ++start_[e.block + 1];
   for (int b = 0; b < blocks; ++b) {
-    if (start[b + 1] > 0) {
+    if (start_[b + 1] > 0) {
       touched_.push_back(b);
-      touch_start_.push_back(start[b]);
+      touch_start_.push_back(start_[b]);
     }
-    start[b + 1] += start[b];
+    start_[b + 1] += start_[b];
   }
   touch_start_.push_back(static_cast<int>(entries_.size()));
   by_block_.resize(entries_.size());
-  for (int e = 0; e < static_cast<int>(entries_.size()); ++e) by_block_[start[entries_[e].block]++] = e;
-  for (const Mat3& D : *D_) lane_D_.push_back(LaneBlock(D));
-  f_.resize(D_->size());
+  for (int e = 0; e < static_cast<int>(entries_.size()); ++e) by_block_[start_[entries_[e].block]++] = e;
+  lane_D_.clear();
+  for (const Mat3& D : D_) lane_D_.push_back(LaneBlock(D));
+  f_.resize(D_.size());
 }
 
 void LevelRows::product(const Lanes* x, const ThreadPool& pool) {
   if (empty()) return;
-  pool.for_chunks(static_cast<int>(f_.size()), kRowsPerChunk, [&](int begin, int end) {
+  const auto rows = [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       Lanes u{};
       for (int e = row_start_[k]; e < row_start_[k + 1]; ++e) {
@@ -82,7 +84,8 @@ void LevelRows::product(const Lanes* x, const ThreadPool& pool) {
       }
       f_[k] = multiply_add(lane_D_[k], u, Lanes{});
     }
-  });
+  };
+  pool.for_chunks(static_cast<int>(f_.size()), kRowsPerChunk, std::cref(rows));
 }
 
 int LevelRows::cursor(int block) const {
@@ -109,7 +112,7 @@ Mat3 LevelRows::coefficient(const Entry& e) const {
 
 void LevelRows::add_bound(double scale, std::span<Mat3> diagonal) const {
   for (std::size_t row = 0; row + 1 < row_start_.size(); ++row) {
-    const Mat3& D = (*D_)[row];
+    const Mat3& D = D_[row];
     if (D.isZero(0)) continue;
     double sum = 0;
     for (int e = row_start_[row]; e < row_start_[row + 1]; ++e) sum += share(entries_[e]);
@@ -122,7 +125,7 @@ void LevelRows::add_bound(double scale, std::span<Mat3> diagonal) const {
 
 void LevelRows::add_to_dense(Eigen::MatrixXd& A) const {
   for (std::size_t row = 0; row + 1 < row_start_.size(); ++row) {
-    const Mat3& D = (*D_)[row];
+    const Mat3& D = D_[row];
     if (D.isZero(0)) continue;
     for (int e = row_start_[row]; e < row_start_[row + 1]; ++e) {
       const Mat3 BD = coefficient(entries_[e]).transpose() * D;

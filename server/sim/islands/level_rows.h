@@ -4,7 +4,6 @@
 #include "server/sim/linear_solver/lanes.h"
 
 #include <functional>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -25,10 +24,11 @@ class LevelRows {
   using Follow = std::function<void(const Entry&, std::vector<Entry>&)>;  // appends what an entry becomes a level below
 
   LevelRows() = default;
-  explicit LevelRows(const contact::ContactRows& rows);  // of level 0
-  LevelRows coarser(const Follow& follow) const;
+  explicit LevelRows(const contact::ContactRows& rows) { assign(rows); }
+  void assign(const contact::ContactRows& rows);                     // of level 0
+  void assign_coarser(const LevelRows& fine, const Follow& follow);  // of one level below; both keep their memory
 
-  bool empty() const { return D_ == nullptr || D_->empty(); }
+  bool empty() const { return D_.empty(); }
   // f = D W x; before scatter().
   void product(const Lanes* x, const ThreadPool& pool);
   // W^T f at a block, for blocks asked in ascending order from `from` on: keep the cursor.
@@ -47,9 +47,11 @@ class LevelRows {
   std::vector<Entry> entries_;             // by row
   std::vector<int> touched_, touch_start_; // blocks with entries, ascending; theirs in by_block_
   std::vector<int> by_block_;              // entries, by block, then by row
-  std::shared_ptr<const std::vector<Mat3>> D_;  // one a row; zero: inactive
+  std::vector<Mat3> D_;                    // one a row; zero: inactive
   std::vector<LaneBlock> lane_D_;
   std::vector<Lanes> f_;
+  std::vector<int> start_;                 // scratch of index()
+  std::vector<Entry> becomes_;             // and of assign_coarser()
 };
 
 }  // namespace crumple::sim::islands

@@ -12,44 +12,46 @@ constexpr double kLeastInertia = 1e-8;  // of the mean: pieces whose nodes lie o
 
 }  // namespace
 
-RigidModes::RigidModes(std::span<const ModesPart> parts, std::span<const Mat3> rigid,
-                       const linear_solver::LinearMap& multiply) {
+void RigidModes::assign(std::span<const ModesPart> parts, std::span<const Mat3> rigid, const linear_solver::LinearMap& multiply) {
+  pieces_ = 0;
+  body_.clear();
   for (const ModesPart& part : parts) {
     const fem::StepSystem& s = *part.system;
-    std::vector<int> index(s.piece_count, 0);  // of the mode; -1: held
+    index_.assign(s.piece_count, 0);  // of the mode; -1: held
     for (int i = 0; i < s.node_count(); ++i)
-      if (s.prescribed[i]) index[s.piece[i]] = -1;
-    for (int& i : index)
+      if (s.prescribed[i]) index_[s.piece[i]] = -1;
+    for (int& i : index_)
       if (i == 0) i = pieces_++;
-    for (int i = 0; i < s.node_count(); ++i) body_.push_back(index[s.piece[i]]);
+    for (int i = 0; i < s.node_count(); ++i) body_.push_back(index_[s.piece[i]]);
   }
   soft_blocks_ = static_cast<int>(body_.size());
   own_.assign(pieces_ + rigid.size() / 2, Mat6::Zero());
 
-  std::vector<Vec3> centre(pieces_, Vec3::Zero());
-  std::vector<double> mass(pieces_, 0);
+  centre_.assign(pieces_, Vec3::Zero());
+  mass_.assign(pieces_, 0);
   const auto each_node = [&](const auto& visit) {
     for (const ModesPart& part : parts)
       for (int i = 0; i < part.system->node_count(); ++i)
         if (const int p = body_[part.first_block + i]; p >= 0) visit(part, i, p);
   };
   each_node([&](const ModesPart& part, int i, int p) {
-    mass[p] += part.system->row_mass[i];
-    centre[p] += part.system->row_mass[i] * (*part.x)[i];
+    mass_[p] += part.system->row_mass[i];
+    centre_[p] += part.system->row_mass[i] * (*part.x)[i];
   });
-  for (int p = 0; p < pieces_; ++p) centre[p] /= mass[p];
+  for (int p = 0; p < pieces_; ++p) centre_[p] /= mass_[p];
   arm_.assign(soft_blocks_, Vec3::Zero());
-  each_node([&](const ModesPart& part, int i, int p) { arm_[part.first_block + i] = (*part.x)[i] - centre[p]; });
+  each_node([&](const ModesPart& part, int i, int p) { arm_[part.first_block + i] = (*part.x)[i] - centre_[p]; });
 
   // Rows of A sum to the mass, so translations need no product, and about the centre of mass turning does not pull.
-  for (int p = 0; p < pieces_; ++p) own_[p].topLeftCorner<3, 3>() = mass[p] * Mat3::Identity();
-  VectorXd turn = VectorXd::Zero(3 * soft_blocks_ + 3 * static_cast<Eigen::Index>(rigid.size())), pull(turn.size());
+  for (int p = 0; p < pieces_; ++p) own_[p].topLeftCorner<3, 3>() = mass_[p] * Mat3::Identity();
+  turn_.setZero(3 * soft_blocks_ + 3 * static_cast<Eigen::Index>(rigid.size()));
+  pull_.resize(turn_.size());
   for (int axis = 0; axis < 3 && pieces_ > 0; ++axis) {
     for (int i = 0; i < soft_blocks_; ++i)
-      if (body_[i] >= 0) turn.segment<3>(3 * i) = Vec3::Unit(axis).cross(arm_[i]);
-    multiply(turn, pull);
+      if (body_[i] >= 0) turn_.segment<3>(3 * i) = Vec3::Unit(axis).cross(arm_[i]);
+    multiply(turn_, pull_);
     for (int i = 0; i < soft_blocks_; ++i)
-      if (body_[i] >= 0) own_[body_[i]].block<3, 1>(3, 3 + axis) += arm_[i].cross(Vec3(pull.segment<3>(3 * i)));
+      if (body_[i] >= 0) own_[body_[i]].block<3, 1>(3, 3 + axis) += arm_[i].cross(Vec3(pull_.segment<3>(3 * i)));
   }
   for (int p = 0; p < pieces_; ++p) {
     auto inertia = own_[p].bottomRightCorner<3, 3>();
@@ -101,10 +103,10 @@ void RigidModes::factor(const contact::ContactRows& rows) {
   f_.resize(6 * count());
   v_.resize(6 * count());
   if (is_coupled()) {
-    Eigen::MatrixXd E = Eigen::MatrixXd::Zero(6 * count(), 6 * count());
-    for (int k = 0; k < count(); ++k) E.block<6, 6>(6 * k, 6 * k) = diagonal_[k];
-    for (const Coupling& c : couplings_) E.block<6, 6>(6 * c.a, 6 * c.b) += c.E;
-    coupled_.compute(E);  // the lower triangle
+    E_.setZero(6 * count(), 6 * count());
+    for (int k = 0; k < count(); ++k) E_.block<6, 6>(6 * k, 6 * k) = diagonal_[k];
+    for (const Coupling& c : couplings_) E_.block<6, 6>(6 * c.a, 6 * c.b) += c.E;
+    coupled_.compute(E_);  // the lower triangle
     return;
   }
   inverse_.resize(count());

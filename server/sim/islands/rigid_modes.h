@@ -28,7 +28,11 @@ class RigidModes {
  public:
   // parts: in the order of their blocks, which they fill without gaps. rigid: two diagonal blocks a rigid body, after the
   // parts'. multiply: by A, the island's matrix without rows; called three times.
-  RigidModes(std::span<const ModesPart> parts, std::span<const Mat3> rigid, const linear_solver::LinearMap& multiply);
+  RigidModes(std::span<const ModesPart> parts, std::span<const Mat3> rigid, const linear_solver::LinearMap& multiply) {
+    assign(parts, rigid, multiply);
+  }
+  RigidModes() = default;
+  void assign(std::span<const ModesPart> parts, std::span<const Mat3> rigid, const linear_solver::LinearMap& multiply);  // keeps its memory
 
   static constexpr int kMostCoupled = 24;
 
@@ -55,9 +59,14 @@ class RigidModes {
   std::vector<Mat6> own_;     // E's diagonal blocks without rows; pieces, then rigid bodies
   std::vector<Mat6> diagonal_;
   std::vector<Coupling> couplings_;
+  Eigen::MatrixXd E_;
   Eigen::LLT<Eigen::MatrixXd> coupled_;
   std::vector<Mat6> inverse_;   // of diagonal blocks, where not coupled
   Eigen::VectorXd f_, v_;       // scratch
+  std::vector<int> index_;      // and of assign()
+  std::vector<Vec3> centre_;
+  std::vector<double> mass_;
+  Eigen::VectorXd turn_, pull_;
 };
 
 }  // namespace crumple::sim::islands

@@ -30,9 +30,8 @@ void SleepingIslands::remember(int memory) {
   std::erase_if(contacts_, [&](const Contact& contact) {
     return contact.age > memory || std::binary_search(touches_.begin(), touches_.end(), contact);
   });
-  const auto old = static_cast<std::ptrdiff_t>(contacts_.size());
   contacts_.insert(contacts_.end(), touches_.begin(), touches_.end());
-  std::inplace_merge(contacts_.begin(), contacts_.begin() + old, contacts_.end());
+  std::sort(contacts_.begin(), contacts_.end());  // a pair is there once
   touches_.clear();
 }
 
@@ -40,13 +39,15 @@ std::vector<int> SleepingIslands::settle(std::span<const char> still, int memory
   remember(memory);
   const int count = static_cast<int>(activity_.size());
   const auto live = [&](int body) { return activity_[body] == Activity::live; };
-  std::vector<int> parent(count);
+  std::vector<int>& parent = parent_;
+  parent.resize(count);
   std::iota(parent.begin(), parent.end(), 0);
   for (const Contact& contact : contacts_) {
     if (!live(contact.a) || !live(contact.b)) continue;
     unite(parent, contact.a, contact.b);
   }
-  std::vector<char> moves(count, 0);  // by root
+  std::vector<char>& moves = moves_;  // by root
+  moves.assign(count, 0);
   for (int body = 0; body < count; ++body)
     if (live(body) && !still[body]) moves[find_root(parent, body)] = 1;
   std::vector<int> fell;

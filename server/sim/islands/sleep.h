@@ -60,6 +60,8 @@ class SleepingIslands {
   int asleep_ = 0;                  // bodies
   std::vector<Contact> contacts_;   // ascending
   std::vector<Contact> touches_;    // of this step
+  std::vector<int> parent_;         // scratch of settle()
+  std::vector<char> moves_;
 };
 
 }  // namespace crumple::sim::islands

@@ -51,16 +51,16 @@ void BlockJacobi::apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::V
 
 double BlockJacobi::squared_norm(const Eigen::VectorXd& r, const ThreadPool& pool) const {
   assert(r.size() == 3 * static_cast<Eigen::Index>(blocks_.size()));
-  std::vector<double> partial((blocks_.size() + kBlocksPerChunk - 1) / kBlocksPerChunk, 0.0);
+  partial_.assign((blocks_.size() + kBlocksPerChunk - 1) / kBlocksPerChunk, 0.0);
   const auto body = [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const double* r_i = r.data() + 3 * i;
       const Quad z = times(blocks_[i], r_i);
-      partial[begin / kBlocksPerChunk] += r_i[0] * z[0] + r_i[1] * z[1] + r_i[2] * z[2];
+      partial_[begin / kBlocksPerChunk] += r_i[0] * z[0] + r_i[1] * z[1] + r_i[2] * z[2];
     }
   };
   pool.for_chunks(static_cast<int>(blocks_.size()), kBlocksPerChunk, std::cref(body));
-  return std::accumulate(partial.begin(), partial.end(), 0.0);
+  return std::accumulate(partial_.begin(), partial_.end(), 0.0);
 }
 
 }  // namespace crumple::sim::linear_solver

@@ -24,10 +24,11 @@ class BlockJacobi {
 
   // z = D^-1 r, after invert(); r, z: 3 a block, node-major.
   void apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::VectorXd> z, const ThreadPool& pool) const;
-  double squared_norm(const Eigen::VectorXd& r, const ThreadPool& pool) const;  // r . D^-1 r
+  double squared_norm(const Eigen::VectorXd& r, const ThreadPool& pool) const;  // r . D^-1 r; one call at a time
 
  private:
   std::vector<Mat3> blocks_;
+  mutable std::vector<double> partial_;  // scratch of squared_norm, one a chunk
 };
 
 }  // namespace crumple::sim::linear_solver

@@ -14,15 +14,26 @@ auto order_key(const btPersistentManifold* manifold) {
                     p.z());
 }
 
+// A stable sort by less, in memory that is kept.
+template <class Item, class Less>
+void sort_in_order(Item** items, int count, std::vector<std::pair<Item*, int>>& scratch, Less less) {
+  scratch.clear();
+  for (int i = 0; i < count; ++i) scratch.emplace_back(items[i], i);
+  std::ranges::sort(scratch, [&](const auto& a, const auto& b) {
+    if (less(a.first, b.first)) return true;
+    return !less(b.first, a.first) && a.second < b.second;
+  });
+  for (int i = 0; i < count; ++i) items[i] = scratch[i].first;
+}
+
 }  // namespace
 
 btScalar ContactSolver::solveGroup(btCollisionObject** bodies, int body_count, btPersistentManifold** manifolds,
                                    int manifold_count, btTypedConstraint** constraints, int constraint_count,
                                    const btContactSolverInfo& info, btIDebugDraw* debug, btDispatcher* dispatcher) {
-  std::stable_sort(manifolds, manifolds + manifold_count,
-                   [](const auto* a, const auto* b) { return order_key(a) < order_key(b); });
-  std::stable_sort(constraints, constraints + constraint_count,
-                   [](const auto* a, const auto* b) { return a->getUserConstraintId() < b->getUserConstraintId(); });
+  sort_in_order(manifolds, manifold_count, manifold_order_, [](const auto* a, const auto* b) { return order_key(a) < order_key(b); });
+  sort_in_order(constraints, constraint_count, constraint_order_,
+                [](const auto* a, const auto* b) { return a->getUserConstraintId() < b->getUserConstraintId(); });
   return btSequentialImpulseConstraintSolver::solveGroup(bodies, body_count, manifolds, manifold_count, constraints,
                                                          constraint_count, info, debug, dispatcher);
 }

@@ -2,6 +2,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <utility>
 #include <vector>
 
 // Private to rigid_world: the contact law of rigid_world.h, on Bullet's sequential impulse solver.
@@ -60,6 +61,8 @@ class ContactSolver : public btSequentialImpulseConstraintSolver {
     double time;
   };
   std::vector<Rebound> rebounds_;  // of the current island
+  std::vector<std::pair<btPersistentManifold*, int>> manifold_order_;  // scratch
+  std::vector<std::pair<btTypedConstraint*, int>> constraint_order_;
   double rebound_speed_ = 0;
   int sweeps_ = 0;
   double residual_ = 0;

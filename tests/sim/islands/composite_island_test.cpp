@@ -43,7 +43,7 @@ TEST(CompositeIslands, MovableRigidBodyOnSomethingFixedIsOneOfItsOwn) {
   row.sides[0] = {.body = 0, .tet = 0, .rigid = true};
   row.sides[1] = {.body = 1, .tet = 0};
   row.c_n = 1e6;
-  std::vector<CompositeIsland> islands = composite_islands(bodies, {row});
+  std::vector<CompositeIsland> islands = composite_islands(bodies, std::vector{row});
   ASSERT_EQ(islands.size(), 1u);
   EXPECT_EQ(islands[0].rigid, std::vector<int>{0});
   const IslandSolution solution = solve(islands[0], bodies, {}, {}, ThreadPool(1));

@@ -31,7 +31,11 @@ struct Assembled {
     system.emplace(island, bodies);
     rows = contact::ContactRows(island.rows, system->first_block(), system->blocks());
     const auto multiply = [&](const VectorXd& x, VectorXd& y) { system->multiply(x, y, *scene.pool); };
-    modes.emplace(system->modes_parts(), system->rigid_diagonal(), multiply);
+    std::vector<ModesPart> parts;
+    std::vector<Mat3> rigid;
+    system->modes_parts(parts);
+    system->rigid_diagonal(rigid);
+    modes.emplace(parts, rigid, multiply);
     rows.refresh();
     modes->factor(rows);
   }

@@ -86,6 +86,7 @@ struct SoftScene {
   std::vector<contact::ContactRow> rows;
   std::vector<CompositeIsland> islands;
   std::vector<IslandSolution> solutions;
+  std::shared_ptr<SolveMemories> memories = std::make_shared<SolveMemories>();
 
   SoftBody& add_soft(std::array<int, 3> cells, const Vec3& size, const Vec3& at, const Vec3& velocity = Vec3::Zero(),
                      double young = 1e6) {
@@ -162,7 +163,7 @@ struct SoftScene {
     detect();
     islands = composite_islands(bodies, rows);
     const IslandOptions options{solve, passes, settings.raw_damping, solver};
-    solutions = solve_all(islands, bodies, std::vector(islands.size(), options), memory, *pool);
+    solve_all(islands, bodies, std::vector(islands.size(), options), memory, *pool, *memories, solutions);
     memory.entries.clear();
     for (const CompositeIsland& island : islands) contact::remember_friction(island.rows, memory);
     contact::sort(memory);
