@@ -106,7 +106,13 @@ Vec3 ContactRows::relative_velocity(int k, const Eigen::VectorXd& x) const {
 }
 
 void ContactRows::apply_add(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const {
-  if (rows_.empty()) return;
+  if (touched_.empty()) return;
+  find_forces(x, pool);
+  const auto blocks = [&](int begin, int end) { add_forces(begin, end, y); };
+  pool.for_chunks(touched_.back() + 1, kRowChunk, std::cref(blocks));
+}
+
+void ContactRows::find_forces(const Eigen::VectorXd& x, const ThreadPool& pool) const {
   const auto rows = [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       if (rows_[k].active) f_[k].head<3>() = D_[k] * gather(k, x);
@@ -114,18 +120,19 @@ void ContactRows::apply_add(const Eigen::VectorXd& x, Eigen::VectorXd& y, const 
     }
   };
   pool.for_chunks(size(), kRowChunk, std::cref(rows));
-  const auto blocks = [&](int begin, int end) {
-    for (int b = begin; b < end; ++b) {
-      Quad sum{};
-      for (int e = of_block_.weighted_start[b]; e < of_block_.weighted_start[b + 1]; ++e)
-        sum = multiply_add(load_four(f_[of_block_.weighted[e].other].data()), quad(of_block_.weighted[e].weight), sum);
-      Vec3 force(sum[0], sum[1], sum[2]);
-      for (int e = of_block_.turned_start[b]; e < of_block_.turned_start[b + 1]; ++e)
-        force += of_block_.turned[e].arm.cross(f_[of_block_.turned[e].other].head<3>());
-      y.segment<3>(3 * touched_[b]) += force;
-    }
-  };
-  pool.for_chunks(of_block_.size(), kRowChunk, std::cref(blocks));
+}
+
+void ContactRows::add_forces(int begin, int end, Eigen::VectorXd& y) const {
+  const auto first = std::ranges::lower_bound(touched_, begin);
+  for (int b = static_cast<int>(first - touched_.begin()); b < static_cast<int>(touched_.size()) && touched_[b] < end; ++b) {
+    Quad sum{};
+    for (int e = of_block_.weighted_start[b]; e < of_block_.weighted_start[b + 1]; ++e)
+      sum = multiply_add(load_four(f_[of_block_.weighted[e].other].data()), quad(of_block_.weighted[e].weight), sum);
+    Vec3 force(sum[0], sum[1], sum[2]);
+    for (int e = of_block_.turned_start[b]; e < of_block_.turned_start[b + 1]; ++e)
+      force += of_block_.turned[e].arm.cross(f_[of_block_.turned[e].other].head<3>());
+    y.segment<3>(3 * touched_[b]) += force;
+  }
 }
 
 void ContactRows::add_to_diagonal(std::span<Mat3> blocks) const {

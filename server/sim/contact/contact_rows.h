@@ -69,8 +69,11 @@ class ContactRows {
   // After a change of the rows' active, c_n, c_t, t0 or target.
   void refresh();
 
-  // y += W^T D W x over the active rows; x, y: 3 a block.
+  // y += W^T D W x over the active rows; x, y: 3 a block. Or in two strokes, so that others may add to y in the loop of the second:
+  // the rows' forces D W x, then of blocks [begin, end) what they sum to.
   void apply_add(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;
+  void find_forces(const Eigen::VectorXd& x, const ThreadPool& pool) const;
+  void add_forces(int begin, int end, Eigen::VectorXd& y) const;
   // blocks[b] += the 3x3 diagonal blocks of W^T D W.
   void add_to_diagonal(std::span<Mat3> blocks) const;
   // The blocks of W^T D W, all of them; for a direct solver.

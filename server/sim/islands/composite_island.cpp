@@ -58,15 +58,15 @@ linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactR
   b = b_without_rows;
   rows.add_to_rhs(b);
   const auto apply = [&](const VectorXd& in, VectorXd& out) {
-    system.multiply(in, out, pool);
-    rows.apply_add(in, out, pool);
+    system.multiply(rows, in, out, pool);
   };
   if (options.solver == SolverKind::direct) return solve_directly(system, rows, b, std::cref(apply), x);
   preconditioner.refresh(rows);
   const auto precondition = [&](const VectorXd& in, VectorXd& out) { preconditioner.apply(in, out); };
   linear_solver::SolveOptions solve = options.solve;
   solve.near_inverse = preconditioner.near_inverse();
-  return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, solve, workspace, pool, preconditioner.norm());
+  return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, solve, workspace, pool, preconditioner.norm(),
+                                           preconditioner.blocks());
 }
 
 // What the rows did to rigid bodies, and what the solve's velocities say besides, at the centre of mass: no momentum is

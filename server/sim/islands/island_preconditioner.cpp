@@ -73,8 +73,7 @@ void IslandPreconditioner::apply_factors(const VectorXd& r, VectorXd& z) {
 
 void IslandPreconditioner::subtract_product(const VectorXd& x, VectorXd& r) {
   product_.resize(x.size());
-  system_->multiply(x, product_, *pool_);
-  rows_->apply_add(x, product_, *pool_);
+  system_->multiply(*rows_, x, product_, *pool_);
   r -= product_;
 }
 
@@ -89,6 +88,11 @@ void IslandPreconditioner::smooth_around_factors(const VectorXd& r, VectorXd& z)
   subtract_product(correction_, left_);
   smoother_.apply(left_, correction_, *pool_);
   z += correction_;
+}
+
+linear_solver::BlockMap IslandPreconditioner::blocks() const {
+  if (kind_ != SolverKind::jacobi) return {};
+  return [this](int begin, int end, const VectorXd& r, VectorXd& z) { jacobi_.apply_blocks(begin, end, r, z); };
 }
 
 linear_solver::SquaredNorm IslandPreconditioner::norm() const {

@@ -25,6 +25,7 @@ class IslandPreconditioner {
   // Of residuals. Rigid modes and factors are measured as block-Jacobi is: in their own norm a stiff body that moves is large, and
   // what its inside does small beside that.
   linear_solver::SquaredNorm norm() const;
+  linear_solver::BlockMap blocks() const;  // of block-Jacobi
   bool near_inverse() const { return kind_ == linear_solver::SolverKind::multigrid; }  // SolveOptions
 
  private:

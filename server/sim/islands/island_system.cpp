@@ -70,22 +70,34 @@ void IslandSystem::start_from(VectorXd& x) const {
 }
 
 void IslandSystem::multiply(const VectorXd& x, VectorXd& y, const ThreadPool& pool) const {
-  // One loop over the rows of all bodies: small ones would not fill the threads.
-  const auto rows = [&](int begin, int end) {
-    auto body = std::ranges::upper_bound(island_->soft, begin, {}, [&](int b) { return first_block_[b]; }) - 1;
-    for (; begin < end; ++body) {
-      const fem::StepSystem& s = *bodies_[*body].system;
-      const int first = first_block_[*body], stop = std::min(end - first, s.node_count());
-      s.multiply_rows(begin - first, stop, x.data() + 3 * first, y.data() + 3 * first);
-      begin = first + stop;
-    }
+  const auto blocks = [&](int begin, int end) { multiply_blocks(begin, end, x, y); };
+  pool.for_chunks(blocks_, kRowsPerChunk, std::cref(blocks));
+}
+
+void IslandSystem::multiply(const contact::ContactRows& rows, const VectorXd& x, VectorXd& y, const ThreadPool& pool) const {
+  if (rows.size() == 0) return multiply(x, y, pool);
+  rows.find_forces(x, pool);
+  const auto blocks = [&](int begin, int end) {
+    multiply_blocks(begin, end, x, y);
+    rows.add_forces(begin, end, y);
   };
-  pool.for_chunks(soft_blocks_, kRowsPerChunk, std::cref(rows));
-  for (const int body : island_->rigid) {
-    const RigidPart& part = *bodies_[body].rigid;
-    const int begin = 3 * first_block_[body];
-    y.segment<3>(begin) = part.mass * x.segment<3>(begin);
-    y.segment<3>(begin + 3) = part.inertia_W * x.segment<3>(begin + 3);
+  pool.for_chunks(blocks_, kRowsPerChunk, std::cref(blocks));
+}
+
+// Of all bodies: small ones would not fill the threads one after the other.
+void IslandSystem::multiply_blocks(int begin, int end, const VectorXd& x, VectorXd& y) const {
+  const auto after = std::ranges::upper_bound(island_->soft, begin, {}, [&](int b) { return first_block_[b]; });
+  for (std::size_t k = after - island_->soft.begin(); begin < std::min(end, soft_blocks_); ++k) {
+    const int body = island_->soft[k - 1], first = first_block_[body];
+    const fem::StepSystem& s = *bodies_[body].system;
+    const int stop = std::min(end - first, s.node_count());
+    s.multiply_rows(begin - first, stop, x.data() + 3 * first, y.data() + 3 * first);
+    begin = first + stop;
+  }
+  for (; begin < end; ++begin) {
+    const RigidPart& part = *bodies_[island_->rigid[(begin - soft_blocks_) / 2]].rigid;
+    const Vec3 x_b = x.segment<3>(3 * begin);
+    y.segment<3>(3 * begin) = (begin - soft_blocks_) % 2 == 0 ? Vec3(part.mass * x_b) : Vec3(part.inertia_W * x_b);
   }
 }
 

@@ -27,6 +27,7 @@ class IslandSystem {
   void start_from(Eigen::VectorXd& x) const;
 
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;  // y = A x
+  void multiply(const contact::ContactRows& rows, const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;  // with them
   // One a block; two a rigid body. They replace what is there.
   void diagonal(std::vector<Mat3>& diagonal) const;
   void rigid_diagonal(std::vector<Mat3>& diagonal) const;
@@ -57,6 +58,7 @@ class IslandSystem {
   bool all_have(auto IslandBody::* what) const {
     return std::ranges::all_of(island_->soft, [&](int body) { return bodies_[body].*what != nullptr; });
   }
+  void multiply_blocks(int begin, int end, const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
   void append_rigid_diagonal(std::vector<Mat3>& diagonal) const;
   double stiffness() const;  // of soft bodies: the diagonal of A over the mass in it [-]
 

@@ -49,6 +49,10 @@ void BlockJacobi::apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::V
   pool.for_chunks(static_cast<int>(blocks_.size()), kBlocksPerChunk, std::cref(body));
 }
 
+void BlockJacobi::apply_blocks(int begin, int end, const Eigen::VectorXd& r, Eigen::VectorXd& z) const {
+  for (int i = begin; i < end; ++i) store_three(times(blocks_[i], r.data() + 3 * i), z.data() + 3 * i);
+}
+
 double BlockJacobi::squared_norm(const Eigen::VectorXd& r, const ThreadPool& pool) const {
   assert(r.size() == 3 * static_cast<Eigen::Index>(blocks_.size()));
   partial_.assign((blocks_.size() + kBlocksPerChunk - 1) / kBlocksPerChunk, 0.0);

@@ -8,7 +8,8 @@ namespace crumple::sim::linear_solver {
 
 namespace {
 
-constexpr int kChunk = 4096;  // entries; a multiple of a cache line
+constexpr int kChunk = 4096;     // entries; a multiple of a cache line
+constexpr int kBlockChunk = 256;  // blocks
 
 double dot(const Eigen::VectorXd& a, const Eigen::VectorXd& b, std::vector<double>& partial, const ThreadPool& pool) {
   const auto body = [&](int begin, int end) {
@@ -20,14 +21,19 @@ double dot(const Eigen::VectorXd& a, const Eigen::VectorXd& b, std::vector<doubl
   return sum;
 }
 
-// x += alpha p, r -= alpha Ap
-void advance(double alpha, CgWorkspace& w, Eigen::VectorXd& x, const ThreadPool& pool) {
-  const auto body = [&](int begin, int end) {
-    const int n = end - begin;
+// x += alpha p, r -= alpha Ap, and z = P^-1 r if P is block diagonal.
+void advance(double alpha, const BlockMap& precondition_blocks, CgWorkspace& w, Eigen::VectorXd& x, const ThreadPool& pool) {
+  const auto move = [&](Eigen::Index begin, Eigen::Index n) {
     x.segment(begin, n) += alpha * w.p.segment(begin, n);
     w.r.segment(begin, n) -= alpha * w.Ap.segment(begin, n);
   };
-  pool.for_chunks(static_cast<int>(x.size()), kChunk, std::cref(body));
+  const auto entries = [&](int begin, int end) { move(begin, end - begin); };
+  if (!precondition_blocks) return pool.for_chunks(static_cast<int>(x.size()), kChunk, std::cref(entries));
+  const auto blocks = [&](int begin, int end) {
+    move(3 * begin, 3 * (end - begin));
+    precondition_blocks(begin, end, w.r, w.z);
+  };
+  pool.for_chunks(static_cast<int>(x.size() / 3), kBlockChunk, std::cref(blocks));
 }
 
 // p = z + beta p
@@ -49,7 +55,7 @@ void CgWorkspace::resize(Eigen::Index size) {
 
 SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondition, const Eigen::VectorXd& b,
                                Eigen::VectorXd& x, const SolveOptions& options, CgWorkspace& w,
-                               const ThreadPool& pool, const SquaredNorm& norm) {
+                               const ThreadPool& pool, const SquaredNorm& norm, const BlockMap& precondition_blocks) {
   assert(x.size() == b.size());
   w.resize(b.size());
   double size = 0;
@@ -93,7 +99,7 @@ SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondi
   double rz = 0;
   while (true) {
     if (norm && ends(norm(w.r))) return report;  // before the preconditioner, which may be dear, is asked once more
-    precondition(w.r, w.z);
+    if (!precondition_blocks || report.iterations == 0) precondition(w.r, w.z);
     const double rz_before = rz;
     rz = dot(w.r, w.z, w.partial_sums, pool);
     if (!norm && ends(rz)) return report;
@@ -103,7 +109,7 @@ SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondi
     apply(w.p, w.Ap);
     const double alpha = rz / dot(w.p, w.Ap, w.partial_sums, pool);
     if (!(alpha > 0) || !std::isfinite(alpha)) return report;
-    advance(alpha, w, x, pool);
+    advance(alpha, precondition_blocks, w, x, pool);
     ++report.iterations;
   }
 }

@@ -13,6 +13,9 @@ namespace crumple::sim::linear_solver {
 // std::cref(lambda): a std::function of a reference does not allocate.
 using LinearMap = std::function<void(const Eigen::VectorXd& in, Eigen::VectorXd& out)>;
 
+// Blocks [begin, end) of three entries of a map that is block diagonal.
+using BlockMap = std::function<void(int begin, int end, const Eigen::VectorXd& in, Eigen::VectorXd& out)>;
+
 // A squared norm of a residual, for SolveReport.
 using SquaredNorm = std::function<double(const Eigen::VectorXd& r)>;
 
@@ -45,11 +48,11 @@ struct CgWorkspace {
 // Ends at the tolerance; at the cap; when the residual found no new low in kStagnationWindow iterations or is
 // kDivergence times above it; or when a product shows that A or P is not positive definite or not finite. x is finite
 // on return whenever the guess was. b = 0 gives x = 0. Sums run over fixed chunks: the bits do not depend on the number
-// of threads.
+// of threads. precondition_blocks: P^-1 once more where it is block diagonal; it is then applied in the loop that makes the residual.
 inline constexpr int kStagnationWindow = 250;
 inline constexpr double kDivergence = 1e8;
 SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondition, const Eigen::VectorXd& b,
                                Eigen::VectorXd& x, const SolveOptions& options, CgWorkspace& workspace,
-                               const ThreadPool& pool, const SquaredNorm& norm = {});
+                               const ThreadPool& pool, const SquaredNorm& norm = {}, const BlockMap& precondition_blocks = {});
 
 }  // namespace crumple::sim::linear_solver

@@ -210,6 +210,30 @@ TEST(ConjugateGradient, UncoupledEntryThatSolvesItsRowKeepsItsBits) {
   EXPECT_EQ(Vec3(x.segment<3>(15)), Vec3::Constant(prescribed));
 }
 
+TEST(ConjugateGradient, ABlockDiagonalPreconditionerInTheLoopOfTheResidualGivesTheSameBits) {
+  const auto A = spring_strip(1500);
+  const Eigen::VectorXd b = Eigen::VectorXd::NullaryExpr(3 * A.rows(), [](Eigen::Index i) { return std::sin(0.3 + i); });
+  const ThreadPool two(2);
+  Eigen::VectorXd apart = Eigen::VectorXd::Zero(b.size()), together = apart;
+  const SolveReport report = solve(A, b, apart, {1e-8, 2000}, kOne);
+  ASSERT_TRUE(report.converged);
+  BlockJacobi jacobi;
+  jacobi.assign(A.diagonal());
+  jacobi.invert(two);
+  CgWorkspace workspace;
+  int asked = 0;
+  const auto precondition = [&](const Eigen::VectorXd& in, Eigen::VectorXd& out) {
+    ++asked;
+    jacobi.apply(in, out, two);
+  };
+  const auto blocks = [&](int begin, int end, const Eigen::VectorXd& in, Eigen::VectorXd& out) { jacobi.apply_blocks(begin, end, in, out); };
+  const SolveReport again = conjugate_gradient([&](const auto& in, auto& out) { A.multiply(in, out, two); }, precondition, b, together,
+                                               {1e-8, 2000}, workspace, two, {}, blocks);
+  EXPECT_EQ(again.iterations, report.iterations);
+  EXPECT_EQ(together, apart);
+  EXPECT_EQ(asked, 2);  // of b and the first residual
+}
+
 TEST(ConjugateGradient, HasTheSameBitsForOneAndTwoThreads) {
   const auto A = spring_strip(3000);
   const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(3 * A.rows(), -1, 2);
