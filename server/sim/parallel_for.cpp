@@ -70,8 +70,9 @@ class ThreadPool::Team {
  public:
   explicit Team(int threads) : outer_(threads), looks_(threads <= static_cast<int>(std::thread::hardware_concurrency()) ? kLooks : 0) {
     for (int t = 0; t < threads; ++t) inner_.push_back(std::make_unique<Loop>(threads));
+    seen_by_caller_.assign(threads, 0);
     for (int t = 1; t < threads; ++t) {
-      workers_.emplace_back([this, t, seen = std::vector<std::uint32_t>(threads + 1, 0)]() mutable { help(t, seen); });
+      workers_.emplace_back([this, t, seen = std::vector<std::uint32_t>(threads, 0)]() mutable { help(t, seen); });
     }
   }
   ~Team() {
@@ -113,7 +114,10 @@ class ThreadPool::Team {
     loop.open.store(number);
     if (asleep_.load() > 0 && asleep_.exchange(0) > 0) wake_all();
     take_part(loop, number, here);
-    for (int looks = 0; loop.done.load(std::memory_order_acquire) < chunks; ++looks) wait(looks);
+    for (int looks = 0; loop.done.load(std::memory_order_acquire) < chunks; ++looks) {
+      if (here.depth == 0 && help_inner(0, seen_by_caller_)) looks = 0;
+      else wait(looks);
+    }
     if (!loop.failed.load(std::memory_order_relaxed)) return;
     loop.failed.store(false, std::memory_order_relaxed);
     std::rethrow_exception(std::exchange(loop.failure, nullptr));
@@ -139,15 +143,22 @@ class ThreadPool::Team {
     return done > 0;
   }
 
-  // seen: number of the last loop that was looked into, of outer_ and each of inner_.
+  bool help_with(Loop& loop, std::uint32_t& seen, const Place& here) {
+    const std::uint32_t number = loop.open.load(std::memory_order_acquire);
+    return number != std::exchange(seen, number) && take_part(loop, number, here);
+  }
+
+  // Of a thread that is in no chunk. seen: number of the last loop that it looked into, of each of inner_.
+  bool help_inner(int thread, std::vector<std::uint32_t>& seen) {
+    bool helped = false;
+    for (std::size_t t = 0; t < inner_.size(); ++t) helped |= help_with(*inner_[t], seen[t], {this, thread, 1});
+    return helped;
+  }
+
   void help(int thread, std::vector<std::uint32_t>& seen) {
-    const auto look = [&](std::size_t l, Loop& loop, int depth) {
-      const std::uint32_t number = loop.open.load(std::memory_order_acquire);
-      return number != std::exchange(seen[l], number) && take_part(loop, number, {this, thread, depth});
-    };
+    std::uint32_t seen_outer = 0;
     for (int idle = 0; !stopping_.load(std::memory_order_relaxed); ++idle) {
-      bool helped = look(0, outer_, 0);
-      for (std::size_t t = 0; t < inner_.size(); ++t) helped |= look(t + 1, *inner_[t], 1);
+      const bool helped = help_with(outer_, seen_outer, {this, thread, 0}) | help_inner(thread, seen);
       if (helped) idle = 0;
       if (idle < looks_ + kYields) {
         wait(idle);
@@ -155,9 +166,8 @@ class ThreadPool::Team {
       }
       const std::uint32_t call = call_.load();
       ++asleep_;
-      const auto is_new = [&](std::size_t l) { return (l == 0 ? outer_ : *inner_[l - 1]).open.load() != seen[l]; };
-      bool anything = stopping_;
-      for (std::size_t l = 0; l < seen.size(); ++l) anything |= is_new(l);
+      bool anything = stopping_ || outer_.open.load() != seen_outer;
+      for (std::size_t t = 0; t < inner_.size(); ++t) anything |= inner_[t]->open.load() != seen[t];
       if (!anything) call_.wait(call);
       idle = 0;
     }
@@ -175,6 +185,7 @@ class ThreadPool::Team {
 
   Loop outer_;
   std::vector<std::unique_ptr<Loop>> inner_;  // one a thread
+  std::vector<std::uint32_t> seen_by_caller_;  // of the outermost call
   int looks_;
   std::atomic<bool> busy_ = false;     // outer_ has an owner
   alignas(kCacheLine) std::atomic<bool> stopping_ = false;

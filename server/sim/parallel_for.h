@@ -21,13 +21,15 @@ class ThreadPool {
 
   int threads() const;
   // Calls body(begin, end) for consecutive ranges of at most `chunk` items that cover [0, count). body must only write what
-  // belongs to its range. One that throws lets the others finish; what it threw is thrown here.
+  // belongs to its range. What one of them throws is thrown here; whether the others are done then is open.
   // body may call these functions itself, two deep: while it waits it begins no other range of the outer call, and threads that
-  // have none left of that help it. Deeper ones, and calls from a second thread at the same time, run on the thread that calls.
+  // have none left of that help it, the outer caller among them. Deeper ones, and calls from a second thread at the same time, run on
+  // the thread that calls. Scratch that belongs to a thread may be in use across a call of these only where the body of that call
+  // calls none itself.
   void for_chunks(int count, int chunk, const std::function<void(int begin, int end)>& body) const;
   // Calls body(i) for i in [0, count), begun in ascending order whatever each costs: what is to start first comes first.
   void for_jobs(int count, const std::function<void(int i)>& body) const;
-  // Whether `holds` of any of these ranges; ranges after one that does may not be asked.
+  // Whether `holds` of any of these ranges; once one does, others may not be asked.
   bool any_chunk(int count, int chunk, const std::function<bool(int begin, int end)>& holds) const;
 
  private:

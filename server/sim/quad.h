@@ -77,6 +77,14 @@ inline Quad load_three(const double* p) {
 #endif
 }
 
+inline Quad load_three(const float* p) {
+#ifdef __AVX2__
+  return _mm256_cvtps_pd(_mm_maskload_ps(p, _mm_set_epi32(0, -1, -1, -1)));
+#else
+  return Quad{p[0], p[1], p[2], 0};
+#endif
+}
+
 inline void store_three(Quad v, double* p) {
 #ifdef __AVX2__
   _mm256_maskstore_pd(p, _mm256_set_epi64x(0, -1, -1, -1), v);

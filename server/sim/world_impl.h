@@ -96,10 +96,9 @@ struct World::Impl {
   std::vector<char> disturbed;                           // by Part: commands or scripts move it in this step
   std::vector<contact::Box3> sleeping_box;               // by Part, of those that are asleep
   std::vector<char> all_fixed;                           // ones: no node of a sleeper is an unknown
-  // What stages work in, kept so that steps allocate nothing.
+  // What stages work in, kept so that steps whose sizes stay what they were allocate nothing.
   contact::DetectionMemory detection;
   islands::SolveMemories solve_memories;
-  mutable std::vector<int> seen_part;                    // of each body: workload()
   std::vector<char> still;                               // by Part: settle()
   struct {
     std::vector<contact::Box3> live, asleep;

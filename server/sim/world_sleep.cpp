@@ -2,8 +2,8 @@
 #include "server/sim/world_impl.h"
 
 #include <algorithm>
-#include <functional>
 #include <cmath>
+#include <functional>
 
 // Islands that sleep and wake [Parker & O'Brien 2009, section 4]: what makes a body fall asleep at the end of a step, and what
 // wakes it in the course of one. Who sleeps with whom is islands/sleep.h's.
@@ -65,7 +65,7 @@ bool World::Impl::sleeps(BodyId id) const {
 
 Workload World::Impl::workload() const {
   Workload load;
-  std::vector<Part>& parts = seen_part;  // of each body one that is live, or else one that sleeps, if there are any
+  thread_local std::vector<Part> parts;  // of each body one that is live, or else one that sleeps, if there are any
   parts.resize(places.size());
   for (BodyId id = 0; id < places.size(); ++id) parts[id] = body_part(id);
   for (int k = 0; k < static_cast<int>(debris.size()); ++k) {

@@ -181,6 +181,7 @@ void World::Impl::solve(StepReport& report) {
   for (std::size_t i = 0; i < whole_count; ++i) {
     if (broken_up[i].empty()) finish(composite[i], solutions[i], island_bodies, accounts[i]);
     for (const Solved& part : broken_up[i]) finish(part.island, part.solution, part.bodies, accounts[i]);
+    broken_up[i].clear();
   }
   for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
   keep_friction_of_sleepers(before);

@@ -3,6 +3,7 @@
 #include "server/sim/cross_matrix.h"
 #include "server/sim/quad.h"
 
+#include <algorithm>
 #include <cassert>
 #include <functional>
 #include <numeric>

@@ -6,7 +6,6 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
-#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -113,7 +112,6 @@ class ContactRows {
     void clear(int entries, int lists);  // of which there will be about so many
     void push(const Entry& entry, int other);
     void close();  // the next entry is of the next list
-    int size() const { return std::max(0, static_cast<int>(weighted_start.size()) - 1); }
   };
 
   void push_side(int row, int side, std::span<const int> first_block);

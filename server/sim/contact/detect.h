@@ -72,7 +72,7 @@ struct DetectionInput {
 // last; the order and the bits do not depend on the number of threads. Bodies of non-finite position meet nothing.
 std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& pool);
 
-// What detection works in. Whoever keeps one from step to step lets it allocate nothing; one call at a time.
+// What detection works in. Whoever keeps one from step to step lets it allocate nothing, but to grow; one call at a time.
 class DetectionMemory {
  public:
   DetectionMemory();

@@ -239,8 +239,11 @@ Vec3 gather_force(const StepSystem& s, int node) {
 template <class Scalar>
 Mat3 row_diagonal(const BlockSparseMatrix<Scalar>& A, double row_mass, int row) {
   Quad sum[3] = {Quad{}, Quad{}, Quad{}};
-  for (int k = A.row_start()[row]; k < A.row_start()[row + 1]; ++k)
-    for (int j = 0; j < 3; ++j) sum[j] -= load_four(A.values() + 9 * k + 3 * j);
+  for (int k = A.row_start()[row]; k < A.row_start()[row + 1]; ++k) {
+    sum[0] -= load_four(A.values() + 9 * k);
+    sum[1] -= load_four(A.values() + 9 * k + 3);
+    sum[2] -= load_three(A.values() + 9 * k + 6);  // beyond are other rows, which other threads may be striking
+  }
   return symmetric_part(to_matrix(sum)) + row_mass * Mat3::Identity();
 }
 

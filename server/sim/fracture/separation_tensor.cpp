@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cassert>
-#include <functional>
 #include <cmath>
+#include <functional>
 #include <type_traits>
 
 namespace crumple::sim::fracture {

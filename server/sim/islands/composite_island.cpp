@@ -129,7 +129,9 @@ void composite_islands(std::span<const IslandBody> bodies, std::span<const Conta
     island = static_cast<int>(used++);
     if (islands.size() < used) islands.emplace_back();
     CompositeIsland& opened = islands[island];
-    opened.soft.clear(), opened.rigid.clear(), opened.rows.clear();
+    opened.soft.clear();
+    opened.rigid.clear();
+    opened.rows.clear();
   };
   for (int body = 0; body < count; ++body)
     if (bodies[body].system != nullptr) open(body), island_of(body).soft.push_back(body);
@@ -172,7 +174,9 @@ void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBod
   ContactRows& rows = m.rows;
   solution.report = {};
   solution.passes = 0;
-  solution.soft_start.clear(), solution.rigid.clear(), solution.impulses.clear();
+  solution.soft_start.clear();
+  solution.rigid.clear();
+  solution.impulses.clear();
   VectorXd& x = solution.velocity;
   system.fill(m.b, x);
   for (const int body : island.soft) solution.soft_start.push_back(3 * system.first_block()[body]);
@@ -228,7 +232,8 @@ void solve_all(std::span<CompositeIsland> islands, std::span<const IslandBody> b
                const contact::FrictionMemory& friction, const ThreadPool& pool, SolveMemories& memories,
                std::vector<IslandSolution>& solutions) {
   assert(options.size() == islands.size());
-  std::vector<int>&blocks = memories.blocks, &order = memories.order;
+  std::vector<int>& blocks = memories.blocks;
+  std::vector<int>& order = memories.order;
   blocks.clear();
   for (const CompositeIsland& island : islands) blocks.push_back(block_count(island, bodies));
   order.resize(islands.size());

@@ -105,7 +105,8 @@ struct IslandSolution {
 IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies, const IslandOptions& options,
                      const contact::FrictionMemory& memory, const ThreadPool& pool);
 
-// What solves work in. Whoever keeps one from step to step lets steps allocate nothing: solve_all has one an island.
+// What solves work in. Whoever keeps one from step to step lets steps of islands of the same sizes allocate nothing: solve_all has one
+// an island.
 class SolveMemory;
 struct SolveMemories {
   SolveMemories();

@@ -10,8 +10,9 @@ namespace {
 // An order that depends on the manifold's own content only, so that an island's bits do not depend on other islands.
 auto order_key(const btPersistentManifold* manifold) {
   const btVector3 p = manifold->getNumContacts() ? manifold->getContactPoint(0).m_localPointA : btVector3(0, 0, 0);
-  return std::tuple(contact_body(manifold->getBody0())->id, contact_body(manifold->getBody1())->id, p.x(), p.y(),
-                    p.z());
+  const auto ordered = [](btScalar s) { return std::isnan(s) ? 0 : s; };
+  return std::tuple(contact_body(manifold->getBody0())->id, contact_body(manifold->getBody1())->id, ordered(p.x()), ordered(p.y()),
+                    ordered(p.z()));
 }
 
 // A stable sort by less, in memory that is kept.

@@ -96,6 +96,24 @@ TEST(ThreadPool, WakesAfterIdleTime) {
   }
 }
 
+TEST(ThreadPool, ACallerThatHasNoRangeLeftHelpsInsideOfOthers) {
+  const ThreadPool pool(2);
+  const std::thread::id caller = std::this_thread::get_id();
+  for (int round = 0; round < 50; ++round) {
+    std::atomic<int> jobs = 0, ranges = 0;
+    pool.for_jobs(2, [&](int) {
+      ++jobs;
+      while (jobs < 2) std::this_thread::yield();  // so that each thread has one
+      if (std::this_thread::get_id() == caller) return;
+      pool.for_chunks(2, 1, [&](int, int) {
+        ++ranges;
+        while (ranges < 2) std::this_thread::yield();
+      });
+    });
+    EXPECT_EQ(ranges, 2);
+  }
+}
+
 TEST(ThreadPool, AFewJobsWithLoopsInsideFinishWhateverTheirSizes) {
   const ThreadPool pool(4);
   std::vector<double> sums(6, 0);
