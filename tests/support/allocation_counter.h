@@ -33,6 +33,10 @@ extern "C" void* __wrap_malloc(std::size_t size) {
   if (void* p = __real_malloc(size ? size : 1)) return p;
   std::abort();
 }
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {  // of sorts' temporary buffers
+  crumple::test::count_allocation();
+  return __real_malloc(size ? size : 1);
+}
 [[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
   crumple::test::count_allocation();
   const std::size_t a = static_cast<std::size_t>(alignment);
