@@ -201,7 +201,9 @@ void World::Impl::hide_far_sleepers() {
   if (!sleepers.any_asleep()) return;
   static const contact::CollisionMesh nothing;
   auto& [live, asleep, sleeper, pairs, near] = hiding;
-  live.clear(), asleep.clear(), sleeper.clear();
+  live.clear();
+  asleep.clear();
+  sleeper.clear();
   for (std::size_t b = 0; b < collision_bodies.size(); ++b) {
     const Part part = part_of(static_cast<int>(b));
     if (is_live(part)) live.push_back(way_of(collision_bodies[b], scene.gravity, scene.dt));

@@ -156,7 +156,7 @@ void World::Impl::solve(StepReport& report) {
   rows.clear();
   accounts.resize(composite.size());
   if (composite.empty()) return;  // what the friction of sleepers was stays remembered
-  // Islands that the guard lets take smaller steps come after the others.
+  // Islands that the guard lets take smaller steps, if there are any, come after the others; to part them allocates.
   const auto in_one_step = [&](const islands::CompositeIsland& island) { return rung(island) < guard::Rung::sub_steps; };
   std::size_t whole_count = composite.size();
   if (!std::ranges::all_of(composite, in_one_step))

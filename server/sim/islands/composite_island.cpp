@@ -57,9 +57,7 @@ linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactR
                                       linear_solver::CgWorkspace& workspace, VectorXd& b, VectorXd& x, const ThreadPool& pool) {
   b = b_without_rows;
   rows.add_to_rhs(b);
-  const auto apply = [&](const VectorXd& in, VectorXd& out) {
-    system.multiply(rows, in, out, pool);
-  };
+  const auto apply = [&](const VectorXd& in, VectorXd& out) { system.multiply(rows, in, out, pool); };
   if (options.solver == SolverKind::direct) return solve_directly(system, rows, b, std::cref(apply), x);
   preconditioner.refresh(rows);
   const auto precondition = [&](const VectorXd& in, VectorXd& out) { preconditioner.apply(in, out); };
@@ -150,8 +148,7 @@ void composite_islands(std::span<const IslandBody> bodies, std::span<const Conta
   islands.resize(used);
 }
 
-class SolveMemory {
- public:
+struct SolveMemory {
   IslandSystem system;
   ContactRows rows;
   IslandPreconditioner preconditioner;
@@ -214,7 +211,7 @@ void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBod
   }
 
   for (int k = 0; k < rows.size(); ++k) contact::set_outcome(island.rows[k], rows.relative_velocity(k, x));
-  if (!system.anything_fixed()) m.system.remove_net_momentum_error(x, m.b);
+  if (!system.anything_fixed()) system.remove_net_momentum_error(x, m.b);
   gather_rigid_outcome(island, bodies, system.first_block(), m.missing, solution);
 }
 

@@ -107,7 +107,7 @@ IslandSolution solve(CompositeIsland& island, std::span<const IslandBody> bodies
 
 // What solves work in. Whoever keeps one from step to step lets steps of islands of the same sizes allocate nothing: solve_all has one
 // an island.
-class SolveMemory;
+struct SolveMemory;
 struct SolveMemories {
   SolveMemories();
   ~SolveMemories();

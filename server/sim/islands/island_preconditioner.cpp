@@ -92,7 +92,7 @@ void IslandPreconditioner::smooth_around_factors(const VectorXd& r, VectorXd& z)
 
 linear_solver::BlockMap IslandPreconditioner::blocks() const {
   if (kind_ != SolverKind::jacobi) return {};
-  return [this](int begin, int end, const VectorXd& r, VectorXd& z) { jacobi_.apply_blocks(begin, end, r, z); };
+  return [this](int begin, int end, const VectorXd& r, VectorXd& z) { jacobi_.apply_blocks(begin, end, r.data(), z.data()); };
 }
 
 linear_solver::SquaredNorm IslandPreconditioner::norm() const {

@@ -43,14 +43,12 @@ void BlockJacobi::invert(const ThreadPool& pool) {
 void BlockJacobi::apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::VectorXd> z,
                         const ThreadPool& pool) const {
   assert(r.size() == 3 * static_cast<Eigen::Index>(blocks_.size()) && z.size() == r.size());
-  const auto body = [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) store_three(times(blocks_[i], r.data() + 3 * i), z.data() + 3 * i);
-  };
+  const auto body = [&](int begin, int end) { apply_blocks(begin, end, r.data(), z.data()); };
   pool.for_chunks(static_cast<int>(blocks_.size()), kBlocksPerChunk, std::cref(body));
 }
 
-void BlockJacobi::apply_blocks(int begin, int end, const Eigen::VectorXd& r, Eigen::VectorXd& z) const {
-  for (int i = begin; i < end; ++i) store_three(times(blocks_[i], r.data() + 3 * i), z.data() + 3 * i);
+void BlockJacobi::apply_blocks(int begin, int end, const double* r, double* z) const {
+  for (int i = begin; i < end; ++i) store_three(times(blocks_[i], r + 3 * i), z + 3 * i);
 }
 
 double BlockJacobi::squared_norm(const Eigen::VectorXd& r, const ThreadPool& pool) const {

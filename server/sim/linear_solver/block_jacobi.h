@@ -24,7 +24,7 @@ class BlockJacobi {
 
   // z = D^-1 r, after invert(); r, z: 3 a block, node-major.
   void apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::VectorXd> z, const ThreadPool& pool) const;
-  void apply_blocks(int begin, int end, const Eigen::VectorXd& r, Eigen::VectorXd& z) const;  // those of z alone
+  void apply_blocks(int begin, int end, const double* r, double* z) const;  // those of z alone
   double squared_norm(const Eigen::VectorXd& r, const ThreadPool& pool) const;  // r . D^-1 r; one call at a time
 
  private:

@@ -226,7 +226,7 @@ TEST(ConjugateGradient, ABlockDiagonalPreconditionerInTheLoopOfTheResidualGivesT
     ++asked;
     jacobi.apply(in, out, two);
   };
-  const auto blocks = [&](int begin, int end, const Eigen::VectorXd& in, Eigen::VectorXd& out) { jacobi.apply_blocks(begin, end, in, out); };
+  const auto blocks = [&](int begin, int end, const Eigen::VectorXd& in, Eigen::VectorXd& out) { jacobi.apply_blocks(begin, end, in.data(), out.data()); };
   const SolveReport again = conjugate_gradient([&](const auto& in, auto& out) { A.multiply(in, out, two); }, precondition, b, together,
                                                {1e-8, 2000}, workspace, two, {}, blocks);
   EXPECT_EQ(again.iterations, report.iterations);
