@@ -281,6 +281,9 @@ double ghost_moment(SoftTrial& trial) {
   const sim::fem::SmoothedOctahedra& o = trial.rest.octahedra;
   for (int d = 0; d < o.count(); ++d)
     look({o.nodes.begin() + o.corner_start[d], o.nodes.begin() + o.corner_start[d + 1]});
+  const sim::fem::PressurePatches& patches = trial.rest.patches;
+  for (int p = 0; p < patches.count(); ++p)
+    look({patches.nodes.begin() + patches.corner_start[p], patches.nodes.begin() + patches.corner_start[p + 1]});
   if (o.empty() || elements.octahedra.any_split)
     for (const Tet& tet : trial.mesh.tets) look(tet);
   return largest;

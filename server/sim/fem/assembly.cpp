@@ -3,6 +3,7 @@
 #include "server/sim/mesh/disjoint_sets.h"
 #include "server/sim/quad.h"
 
+#include <algorithm>
 #include <cassert>
 #include <functional>
 #include <numeric>
@@ -17,12 +18,15 @@ constexpr int kTetsPerChunk = 256;
 constexpr int kEdgesPerChunk = 512;
 constexpr int kNodesPerChunk = 256;
 
-// Corners of the body's elements; of octahedra with those of all tets after them where some stand for themselves.
+// Corners of the body's elements; of octahedra with those of patches after them, and of all tets where some stand for themselves.
 ElementNodes element_nodes(const RestBody& rest, const std::vector<Tet>& tets, bool with_split) {
   ElementNodes elements;
   if (rest.smoothed()) {
     elements.start = rest.octahedra.corner_start;
     elements.nodes = rest.octahedra.nodes;
+    const int first = elements.start.back();
+    for (int p = 1; p <= rest.patches.count(); ++p) elements.start.push_back(first + rest.patches.corner_start[p]);
+    elements.nodes.insert(elements.nodes.end(), rest.patches.nodes.begin(), rest.patches.nodes.end());
     if (!with_split) return elements;
   } else {
     elements.start = {0};
@@ -36,20 +40,22 @@ ElementNodes element_nodes(const RestBody& rest, const std::vector<Tet>& tets, b
   return elements;
 }
 
-void find_materials(const RestBody& rest, const ElementNodes& elements, StepSystem& s) {
-  s.corner_material.clear();
-  if (!rest.heterogeneous()) return;
-  const SmoothedOctahedra& o = rest.octahedra;
+void find_weights(const RestBody& rest, const ElementNodes& elements, StepSystem& s) {
+  s.corner_weights.clear();
+  if (!rest.heterogeneous() && rest.patches.empty()) return;
+  const int octahedra = rest.octahedra.count(), patches = rest.patches.count();
   for (int e = 0; e + 1 < static_cast<int>(elements.start.size()); ++e) {
-    const int t = !rest.smoothed() ? e : e < o.count() ? o.first_tet(e) : e - o.count();
-    s.corner_material.resize(elements.start[e + 1], rest.material_id[t]);
+    const bool is_patch = e >= octahedra && e < octahedra + patches;
+    const int t = is_patch ? rest.patches.first_tet(e - octahedra) : e < octahedra ? rest.octahedra.first_tet(e) : e - octahedra - patches;
+    const int material = rest.heterogeneous() ? rest.material_id[t] : 0;
+    s.corner_weights.resize(elements.start[e + 1], static_cast<std::uint16_t>(is_patch ? rest.material_count() + material : material));
   }
 }
 
 void connect(const RestBody& rest, const std::vector<Tet>& tets, int node_count, StepSystem& s) {
   const ElementNodes elements = element_nodes(rest, tets, s.with_split);
   s.connectivity = make_connectivity(node_count, elements);
-  find_materials(rest, elements, s);
+  find_weights(rest, elements, s);
 }
 
 void find_pieces(int node_count, StepSystem& s) {
@@ -68,8 +74,8 @@ void rebuild(const RestBody& rest, const std::vector<Tet>& tets, int node_count,
   s.tets = tets;
   s.with_split = false;
   s.spectral_bound = 4;
-  for (int k = 0; rest.smoothed() && k < rest.material_count(); ++k)
-    if (rest.material_at(k).poisson > kNearlyIncompressible) s.spectral_bound = 6;
+  for (int p = 0; p < rest.patches.count(); ++p)
+    s.spectral_bound = std::max<double>(s.spectral_bound, rest.patches.corner_start[p + 1] - rest.patches.corner_start[p]);
   connect(rest, tets, node_count, s);
   find_pieces(node_count, s);
   std::visit(
@@ -99,6 +105,22 @@ Factors factors_of(const FemMaterial& material, const StepFormula& formula) {
 
 Mat3 core_stress(const Lame& lame, const Mat3& D) {
   return lame.lambda * D.trace() * Mat3::Identity() + lame.mu * (D + D.transpose());
+}
+
+void shift_patches(const RestBody& rest, const StepFormula& formula, const ThreadPool& pool, OctahedronElements& e) {
+  const PressurePatches& patches = rest.patches;
+  const std::size_t first = rest.octahedra.nodes.size();
+  const auto shift = [&](int begin, int end) {
+    for (int p = begin; p < end; ++p) {
+      double trace = 0;
+      for (int c = patches.corner_start[p]; c < patches.corner_start[p + 1]; ++c)
+        trace += (formula.x_known[patches.nodes[c]] - formula.x_linear[patches.nodes[c]]).dot(e.core[first + c]);
+      const int t = patches.first_tet(p);
+      const double pressure = rest.patch_lambda(rest.heterogeneous() ? rest.material_id[t] : 0) * trace;
+      for (int c = patches.corner_start[p]; c < patches.corner_start[p + 1]; ++c) e.force[first + c] -= pressure * e.core[first + c];
+    }
+  };
+  pool.for_chunks(patches.count(), kTetsPerChunk, std::cref(shift));
 }
 
 // Forces at x_linear become f(x_linear) - K (x_known - x_linear). With D = sum d_j c_j^T over displacements d_j eq. 2's
@@ -133,9 +155,10 @@ void shift_forces(const RestBody& rest, const std::vector<Tet>& tets, const Step
     }
   };
   pool.for_chunks(o.count(), kTetsPerChunk, std::cref(shift_octahedra));
+  shift_patches(rest, formula, pool, elements);
   for (int t = 0; elements.any_split && t < rest.tet_count(); ++t) {
     if (elements.tet_share[t] == 0) continue;
-    const std::size_t corner = o.nodes.size() + 4 * t;
+    const std::size_t corner = rest.corner_count() + 4 * t;
     Mat3 D = Mat3::Zero();
     for (int a = 0; a < 4; ++a) D += displacement(tets[t][a]) * elements.core[corner + a].transpose();
     const Mat3 stress = core_stress(rest.lame_of(t), D);
@@ -172,7 +195,7 @@ struct EdgeSum {
   return {{lambda * G[0], lambda * G[1], lambda * G[2]}, {mu * G[0], mu * G[1], mu * G[2]}, factors.stiffness * hourglass};
 }
 
-// The same where elements are of several materials: each with the weights of its own.
+// The same where elements are of several materials or have patches: each with the weights of its own.
 EdgeSum weighted_edge_sum(const StepSystem& s, const RestBody& rest, int edge) {
   EdgeSum sum{};
   const double* cores = s.elements.cores();
@@ -180,7 +203,7 @@ EdgeSum weighted_edge_sum(const StepSystem& s, const RestBody& rest, int edge) {
   for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
     const std::uint32_t pair = s.connectivity.edge_corners[k];
     const int first = Connectivity::first(pair), second = Connectivity::second(pair);
-    const StepSystem::Weights& weight = s.weights[s.corner_material[first]];
+    const StepSystem::Weights& weight = s.weights[s.corner_weights[first]];
     const Quad a = load_three(cores + 3 * first);
     const double* b = cores + 3 * second;
     for (int j = 0; j < 3; ++j) {
@@ -201,20 +224,22 @@ EdgeSum weighted_edge_sum(const StepSystem& s, const RestBody& rest, int edge) {
 }
 
 void set_weights(const RestBody& rest, const StepFormula& formula, StepSystem& s) {
-  s.weights.resize(rest.material_count());
-  for (int k = 0; k < rest.material_count(); ++k) {
+  const int count = rest.material_count();
+  s.weights.resize(2 * count);
+  for (int k = 0; k < count; ++k) {
     const Lame& lame = k == 0 ? rest.lame : rest.others[k - 1].lame;
     const double stiffness = factors_of(rest.material_at(k), formula).stiffness;
     s.weights[k] = {{stiffness * lame.lambda, stiffness * lame.mu}, stiffness};
+    s.weights[count + k] = {{stiffness * rest.patch_lambda(k), 0}, stiffness};
   }
 }
 
 template <class Scalar>
 void assemble_edges(const RestBody& rest, const Factors& factors, StepSystem& s, BlockSparseMatrix<Scalar>& A,
                     int begin, int end) {
-  const bool heterogeneous = rest.heterogeneous();
+  const bool weighted = !s.corner_weights.empty();
   for (int edge = begin; edge < end; ++edge) {
-    const EdgeSum sum = heterogeneous ? weighted_edge_sum(s, rest, edge) : edge_sum(s, rest, factors, edge);
+    const EdgeSum sum = weighted ? weighted_edge_sum(s, rest, edge) : edge_sum(s, rest, factors, edge);
     // B = of_lambda + of_mu^T + ..., B^T = of_lambda^T + of_mu + ...
     Quad block[3] = {sum.of_mu[0], sum.of_mu[1], sum.of_mu[2]}, none{};
     transpose(block[0], block[1], block[2], none);
@@ -323,7 +348,7 @@ void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState
     connect(rest, tets, n, system);  // the same edges: an octahedron has all of its tets'
   }
   const Factors factors = factors_of(rest.material, formula);
-  if (rest.heterogeneous()) set_weights(rest, formula, system);
+  if (!system.corner_weights.empty()) set_weights(rest, formula, system);
   std::visit(
       [&](auto& A) {
         const auto edges = [&](int begin, int end) { assemble_edges(rest, factors, system, A, begin, end); };

@@ -32,10 +32,6 @@ struct StepFormula {
 
 StepFormula backward_euler_formula(const FemState& state, double dt);
 
-// A matrix of elements of k nodes has no eigenvalue above k of its block diagonal's: 4 of tets. Of smoothed octahedra up to 3.9
-// was measured, and up to 5.3 where Poisson's ratio is above this; those count with the six of theirs.
-inline constexpr double kNearlyIncompressible = 0.4;
-
 // The linear system A v+ = b of one body and one step,
 //   A = (c + dt a) M + (dt beta + theta dt^2) K,   b = M w + dt (f_ext + f(x_linear) - K (x_known - x_linear));
 // for backward Euler that is Parker & O'Brien 2009, eq. 5: A = M + dt C + dt^2 K, b = M v + dt (f_ext + f(x)), where the
@@ -68,12 +64,13 @@ class StepSystem {
   std::vector<int> piece;        // one a node: which connected part of the pattern it is in; by their lowest node
   int piece_count = 0;
   std::vector<std::array<int, 2>> edge_blocks;  // of each edge (i, j): index of block (i, j) and of block (j, i)
-  // Of a body of several materials: which one each corner is of, and of each its constants times (dt beta + theta dt^2).
+  // Of a body of several materials or with pressure patches: which weights are each corner's. Weights are constants times
+  // (dt beta + theta dt^2), one a material, then one a material of what its patches have.
   struct Weights {
     Lame lame;
     double stiffness = 0;
   };
-  std::vector<std::uint16_t> corner_material;
+  std::vector<std::uint16_t> corner_weights;
   std::vector<Weights> weights;
   // Of the formula that it was assembled by.
   struct Scale {
@@ -82,8 +79,10 @@ class StepSystem {
   };
   Scale scale;
   std::vector<Tet> tets;    // of which connectivity and pattern were made
-  double spectral_bound = 4;  // no eigenvalue of A is above so many times its block diagonal's (kNearlyIncompressible)
-  bool with_split = false;  // connectivity has the corners of tets after those of octahedra
+  // No eigenvalue of A is above so many times its block diagonal's. Of elements of k nodes k is proved: 4 of tets, and what the
+  // largest pressure patch has. Of smoothed octahedra by themselves up to 3.9 was measured.
+  double spectral_bound = 4;
+  bool with_split = false;  // connectivity has the corners of tets after those of octahedra and patches
 };
 
 // Assembles the step from x(t), v(t) to t + dt. f_ext: 3n, gravity and all [N]. rest.node_mass must be that of `tets`.

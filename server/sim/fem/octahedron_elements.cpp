@@ -79,7 +79,7 @@ void update_split_tets(const RestBody& rest, const std::vector<Tet>& tets, const
                        const std::vector<Mat3>& plastic_strain, OctahedronElements& e) {
   const SmoothedOctahedra& o = rest.octahedra;
   e.any_split = std::ranges::any_of(e.split, [](char split) { return split != 0; });
-  const std::size_t corners = o.nodes.size();
+  const std::size_t corners = rest.corner_count();
   if (!e.any_split) {
     e.core.resize(corners);
     e.force.resize(corners);
@@ -119,14 +119,15 @@ Mat3 strain_of(const RestBody& rest, const std::vector<Tet>& tets, const std::ve
   return corotational_strain(rotation(F, rule), F);
 }
 
-void resize(const SmoothedOctahedra& o, OctahedronElements& e) {
+void resize(const RestBody& rest, OctahedronElements& e) {
+  const SmoothedOctahedra& o = rest.octahedra;
   e.Q.resize(o.count());
   e.sigma.resize(o.count());
   e.z.resize(o.count());
   e.split.resize(o.count());
-  if (e.core.size() < o.nodes.size()) {
-    e.core.resize(o.nodes.size());
-    e.force.resize(o.nodes.size());
+  if (e.core.size() < rest.corner_count()) {
+    e.core.resize(rest.corner_count());
+    e.force.resize(rest.corner_count());
   }
 }
 
@@ -136,7 +137,7 @@ void update_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const 
                       const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, OctahedronElements& e) {
   const SmoothedOctahedra& o = rest.octahedra;
   assert(static_cast<int>(plastic_strain.size()) == o.count());
-  resize(o, e);
+  resize(rest, e);
   const auto body = [&](int begin, int end) {
     for (int d = begin; d < end;) {
       if (d + 4 <= std::min(end, o.closed) && update_octahedron_quad(rest, x, plastic_strain, d, e)) {
@@ -147,6 +148,9 @@ void update_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const 
     }
   };
   pool.for_chunks(o.count(), kPerChunk, std::cref(body));
+  const std::size_t first = o.nodes.size(), count = rest.patches.nodes.size();
+  if (!rest.patches.empty())
+    update_patches(rest, x, plastic_strain, pool, e.patches, std::span(e.core).subspan(first, count), std::span(e.force).subspan(first, count));
   update_split_tets(rest, tets, x, plastic_strain, e);
 }
 
@@ -173,7 +177,7 @@ Mat3 tet_stress(const RestBody& rest, const OctahedronElements& e, int t) {
     const Mat3& Q = e.split[d] ? e.tet_Q[t] : e.Q[d];
     sum += 0.5 * Q * (e.split[d] ? e.tet_sigma[t] : e.sigma[d]) * Q.transpose();
   }
-  return sum;
+  return sum + patch_pressure(rest, e.patches, t) * Mat3::Identity();
 }
 
 Mat34 tet_normals(const RestBody& rest, const OctahedronElements& e, int t) {
@@ -191,7 +195,7 @@ Mat3 tet_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_s
 
 double octahedron_energy(const RestBody& rest, const OctahedronElements& e) {
   const SmoothedOctahedra& o = rest.octahedra;
-  double energy = 0;
+  double energy = patch_energy(rest, e.patches);
   for (int d = 0; d < o.count(); ++d) {
     energy += 0.5 * e.z[d].squaredNorm();
     if (!e.split[d]) energy += o.volume[d] * energy_density_of_stress(rest.lame_of(o.first_tet(d)), e.sigma[d]);
@@ -204,10 +208,11 @@ double octahedron_energy(const RestBody& rest, const OctahedronElements& e) {
 
 void add_octahedron_forces(const RestBody& rest, const std::vector<Tet>& tets, const OctahedronElements& e,
                            Eigen::Ref<Eigen::VectorXd> f) {
-  const std::vector<int>& nodes = rest.octahedra.nodes;
-  for (std::size_t c = 0; c < nodes.size(); ++c) f.segment<3>(3 * nodes[c]) += e.force[c];
+  const Vec3* force = e.force.data();
+  for (const std::vector<int>* nodes : {&rest.octahedra.nodes, &rest.patches.nodes})
+    for (const int n : *nodes) f.segment<3>(3 * n) += *force++;
   for (std::size_t t = 0; e.any_split && t < tets.size(); ++t)
-    for (int a = 0; a < 4; ++a) f.segment<3>(3 * tets[t][a]) += e.force[nodes.size() + 4 * t + a];
+    for (const int n : tets[t]) f.segment<3>(3 * n) += *force++;
 }
 
 void add_octahedron_stiffness(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
@@ -236,6 +241,7 @@ void add_octahedron_stiffness(const RestBody& rest, const std::vector<Tet>& tets
       }
     }
   }
+  add_patch_stiffness(rest, x, e.patches, std::span(e.core).subspan(o.nodes.size(), rest.patches.nodes.size()), exact, entries);
   for (int t = 0; e.any_split && t < rest.tet_count(); ++t) {
     if (e.tet_share[t] == 0) continue;
     const RestTet tet = rest.tet(t);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "server/sim/fem/patch_elements.h"
 #include "server/sim/fem/rest_body.h"
 #include "server/sim/parallel_for.h"
 
@@ -18,7 +19,8 @@ struct OctahedronElements {
   std::vector<Vec3> z;               // of the hourglass forces [sqrt(J)]
   std::vector<char> split;           // its tets stand for themselves: one is near inversion or clamped
   bool any_split = false;
-  // One a corner; if any_split, then four a tet, of those that stand for themselves, the others' zero.
+  PatchElements patches;
+  // One a corner, of octahedra, then of patches; if any_split, then four a tet, of those that stand for themselves, the others' zero.
   std::vector<Vec3> force;           // [N]
   std::vector<Vec3> core;            // Q c_a
   // One a tet; only if any_split.

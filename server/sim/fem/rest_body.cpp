@@ -53,6 +53,10 @@ bool any_material(const RestBody& rest, Predicate holds) {
          std::ranges::any_of(rest.others, [&](const RestBody::Other& other) { return holds(other.material); });
 }
 
+void leave_to_patches(const FemMaterial& material, Lame& lame) {
+  if (material.poisson > kNearlyIncompressible) lame.lambda = lame.mu;
+}
+
 void update_node_mass(RestBody& rest, const std::vector<Tet>& tets, int node_count) {
   assert(static_cast<int>(tets.size()) == rest.tet_count());
   rest.node_mass.assign(node_count, 0.0);
@@ -103,6 +107,11 @@ bool RestBody::breakable() const {
   return any_material(*this, [](const FemMaterial& m) { return m.breakable; });
 }
 
+double RestBody::patch_lambda(int id) const {
+  const FemMaterial& m = material_at(id);
+  return lame_constants(m.young, m.poisson).lambda - (id == 0 ? lame : others[id - 1].lame).lambda;
+}
+
 double RestBody::mass() const { return std::accumulate(node_mass.begin(), node_mass.end(), 0.0); }
 
 Vec3 RestBody::normal(int t, int i) const { return std::sqrt(9 * volume[t] / fill[t]) * core[t].col(i); }
@@ -147,7 +156,13 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
   }
   add_regions(regions, rest);
   update_node_mass(rest, mesh.tets, mesh.node_count());
-  if (element == ElementKind::smoothed_octahedra) make_octahedra(mesh.tets, rest);
+  // What elements have of lambda; before octahedra, which are made of it.
+  if (element == ElementKind::smoothed_octahedra)
+    for (int k = 0; k < rest.material_count(); ++k) leave_to_patches(rest.material_at(k), k == 0 ? rest.lame : rest.others[k - 1].lame);
+  if (element == ElementKind::smoothed_octahedra) {
+    make_octahedra(mesh.tets, rest);
+    make_patches(mesh.tets, rest);
+  }
   return rest;
 }
 
@@ -159,6 +174,7 @@ void keep_tets(RestBody& rest, std::span<const int> kept) {
   keep(rest.fill, kept);
   keep(rest.beta_clamped, kept);
   keep(rest.rest_gradient, kept);
+  keep(rest.patches.of_tet, kept);
   SmoothedOctahedra& o = rest.octahedra;
   if (o.empty()) return;
   keep(o.pairing, kept);
@@ -169,6 +185,7 @@ void keep_tets(RestBody& rest, std::span<const int> kept) {
 
 std::vector<int> follow_topology(RestBody& rest, const std::vector<Tet>& tets, int node_count) {
   update_node_mass(rest, tets, node_count);
+  regroup_patches(tets, rest);
   return regroup(tets, rest);
 }
 

@@ -5,6 +5,7 @@
 #include "server/sim/fem/fem_material.h"
 #include "server/sim/fem/linear_tetrahedron.h"
 #include "server/sim/fem/material_region.h"
+#include "server/sim/fem/pressure_patch.h"
 #include "server/sim/fem/smoothed_octahedron.h"
 #include "server/sim/mesh/tet_mesh.h"
 
@@ -28,7 +29,7 @@ Result<void> validate(const FemMaterial& material, const std::string& field);
 // change when fracture renumbers its nodes; only node_mass does (update_node_mass).
 struct RestBody {
   FemMaterial material;  // of every tet; of several materials that which says what goes for the whole body
-  Lame lame;             // its constants
+  Lame lame;             // its constants as elements have them: of those in patches less than all of lambda (patch_lambda)
   // Of a body of several materials: the others, and which one each tet is of: 0 `material`, k others[k - 1]. A body of
   // one material has neither.
   struct Other {
@@ -49,6 +50,7 @@ struct RestBody {
   std::vector<double> node_drag;  // the same times damping_mass [kg/s]; empty in a body of one material
   double mean_edge = 0;           // over the tets' edges [m]
   SmoothedOctahedra octahedra;    // empty: the elements are the tets
+  PressurePatches patches;        // of octahedra that are nearly incompressible
 
   int tet_count() const { return static_cast<int>(beta.size()); }
   int node_count() const { return static_cast<int>(node_mass.size()); }
@@ -62,6 +64,9 @@ struct RestBody {
   const Lame& lame_of(int t) const {
     return !heterogeneous() || material_id[t] == 0 ? lame : others[material_id[t] - 1].lame;
   }
+  double patch_lambda(int id) const;  // what patches of that material have of lambda, 0 if it makes none [Pa]
+  // Corners of octahedra and patches, those of each after those of the one before.
+  std::size_t corner_count() const { return octahedra.nodes.size() + patches.nodes.size(); }
   bool clamped(int t) const { return !beta_clamped.empty() && beta_clamped[t] != beta[t]; }
   bool yields() const;     // any of its materials
   bool breakable() const;  // any of its materials
