@@ -121,7 +121,7 @@ Result<SceneToStep> scene_to_step(const std::string& scene, std::uint64_t seed =
 
 struct BenchCommand {
   std::string scene, lattice = "femfx", cells = "25x4x4", size = "2x0.4x0.4", damping = "0.15,0.004", sleep;
-  double young = 1e7;
+  double young = 1e7, poisson = 0.3;
   int threads = 1, steps = 0;
   bool invariants = false, depth = false;
   std::uint64_t seed = 1;
@@ -159,7 +159,7 @@ struct BenchCommand {
     Result<sim::SceneDescription> description = std::unexpected(Error{});
     lab::BenchmarkOptions options{.threads = threads, .invariants = invariants, .depth = depth, .rigid_tolerance = rigid_tolerance};
     if (scene == "beam") {
-      lab::BeamOptions beam{.young = young};
+      lab::BeamOptions beam{.young = young, .poisson = poisson};
       if (lattice != "femfx") beam.lattice = lattice == "kuhn" ? authoring::Lattice::kuhn : authoring::Lattice::bcc;
       if (std::sscanf(cells.c_str(), "%dx%dx%d", &beam.cells[0], &beam.cells[1], &beam.cells[2]) != 3) {
         return fail({ErrorCode::invalid_argument, "--cells", "is " + cells + ", must be like 25x4x4"});
@@ -377,6 +377,7 @@ int main(int argc, char** argv) {
   b->add_option("--cells", bench.cells, "beam")->capture_default_str();
   b->add_option("--size", bench.size, "beam [m]")->capture_default_str();
   b->add_option("--young", bench.young, "beam [Pa]")->capture_default_str();
+  b->add_option("--nu", bench.poisson, "beam")->capture_default_str();
   b->add_option("--damping", bench.damping, "beam: a,b of C = a M + b K")->capture_default_str();
   b->add_option("--sleep", bench.sleep, "on: as scenes by default; off; else as the scene says: beam, pile, panel and barrels never sleep")
       ->check(CLI::IsMember({"on", "off"}));

@@ -25,6 +25,7 @@ Result<SceneDescription> beam_scene(const BeamOptions& options) {
   SceneDescription scene{.name = "beam", .dt = 1.0 / 60, .sleep = kNeverSleeps};
   sim::FemModel fem;
   fem.material.young = options.young;
+  fem.material.poisson = options.poisson;
   fem.material.damping_mass = options.damping_mass;
   fem.material.damping_stiffness = options.damping_stiffness;
   fem.material.cg_max_iterations = kIterations;

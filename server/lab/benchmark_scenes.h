@@ -8,12 +8,13 @@
 // Scenes stated exactly enough that other engines can build and have built them; docs/lab.md repeats the statements.
 namespace crumple::lab {
 
-// A beam along x, the face x = 0 fixed, under gravity; dt = 1/60 s, rho = 1000, nu = 0.3.
+// A beam along x, the face x = 0 fixed, under gravity; dt = 1/60 s, rho = 1000.
 struct BeamOptions {
   authoring::Lattice lattice = authoring::Lattice::femfx;
   std::array<int, 3> cells{25, 4, 4};
   Vec3 size{2, 0.4, 0.4};        // [m]
   double young = 1e7;            // [Pa]
+  double poisson = 0.3;
   double damping_mass = 0.15;    // C = damping_mass M + damping_stiffness K
   double damping_stiffness = 0.004;
 };

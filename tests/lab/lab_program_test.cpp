@@ -150,6 +150,7 @@ TEST_F(LabProgram, ExitsWithTwoOnBadInput) {
            {"bench", "beam", "--cells", "many"},
            {"bench", "beam", "--size", "2x0.4x0"},
            {"bench", "beam", "--young", "-1"},
+           {"bench", "beam", "--nu", "0.5"},
        }) {
     const Ran ran = lab(words);
     EXPECT_EQ(ran.exit_code, 2) << testing::PrintToString(words);
