@@ -18,7 +18,7 @@ Result<void> World::Impl::check(const Command& command, const std::string& field
     if (place.model != BodyModel::fem) {
       return invalid(at + "body", text("is ", body, ", which has no nodes: it is not a finite-element body"));
     }
-    const int count = soft[place.index].node_count();
+    const int count = soft[place.index].scene_node_count();
     for (std::size_t k = 0; k < push->nodes.size(); ++k) {
       if (push->nodes[k] >= 0 && push->nodes[k] < count) continue;
       return invalid(text(at, "nodes[", k, "]"), text("is ", push->nodes[k], ", must be in [0, ", count, ")"));

@@ -70,6 +70,7 @@ class SoftBody {
   const fem::FemMaterial& material() const { return rest.material; }
   int node_count() const { return static_cast<int>(X.size()); }
   bool is_empty() const { return tets.empty(); }
+  int scene_node_count() const { return static_cast<int>(scene_nodes_.size()); }  // of the scene's mesh, which commands name
   bool is_whole() const { return X.size() == scene_nodes_.size() && fragments.empty(); }  // has never split
   int pieces() const { return last_fragments_; }  // face-connected components, without rigid fragments
   int all_pieces() const { return last_fragments_ + static_cast<int>(fragments.size()); }
