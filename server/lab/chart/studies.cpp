@@ -104,6 +104,7 @@ Study stored(const Workshop& w) {
                       {"S09 bunny, octahedra", "S09_bunny_hung", "ref_c3d10_L1_linear", 0, "L1", kOctahedra},
                       {"S10 Cook, nu 0.3, octahedra", "S10_cook_membrane_nu", "tip", 0.3, "", kOctahedra},
                       {"S10 Cook, nu 0.49, octahedra", "S10_cook_membrane_nu", "tip", 0.49, "", kOctahedra},
+                      {"S10 Cook, nu 0.4999, octahedra", "S10_cook_membrane_nu", "tip", 0.4999, "", kOctahedra},
                       {"S13 cylinder, octahedra", "S13_thick_cylinder_pressure", "exact_lame", 0, "", kOctahedra}};
   for (const Row& r : rows) {
     if (!w.has(r.case_name)) s.unmet = "Reference not at hand: the collection of static cases was not found.";
