@@ -1,6 +1,7 @@
 #include "server/sim/fem/octahedron_elements.h"
 
 #include "server/sim/fem/elements.h"
+#include "server/sim/fem/mean_gradient.h"
 #include "server/sim/fem/octahedron_quad.h"
 #include "server/sim/fem/plasticity.h"
 #include "server/sim/fem/rotation.h"
@@ -17,13 +18,9 @@ namespace {
 
 constexpr int kPerChunk = 128;
 
-// F = sum x_a g_a^T, from differences: sum g_a = 0.
 Mat3 gradient(const SmoothedOctahedra& o, int d, const std::vector<Vec3>& x) {
-  const int begin = o.corner_start[d], end = o.corner_start[d + 1];
-  const Vec3& from = x[o.nodes[begin]];
-  Mat3 sum = Mat3::Zero();
-  for (int c = begin + 1; c < end; ++c) sum += (x[o.nodes[c]] - from) * o.core[c].transpose();
-  return sum * (-1 / std::sqrt(o.volume[d]));
+  const std::size_t begin = o.corner_start[d], count = o.corner_start[d + 1] - begin;
+  return mean_gradient(std::span(o.nodes).subspan(begin, count), std::span(o.core).subspan(begin, count), o.volume[d], x);
 }
 
 Vec3 hourglass(const SmoothedOctahedra& o, int d, const std::vector<Vec3>& x) {

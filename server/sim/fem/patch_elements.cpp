@@ -1,5 +1,6 @@
 #include "server/sim/fem/patch_elements.h"
 
+#include "server/sim/fem/mean_gradient.h"
 #include "server/sim/fem/octahedron_elements.h"
 #include "server/sim/fem/rotation.h"
 
@@ -16,13 +17,9 @@ double lambda_of(const RestBody& rest, int p) {
   return rest.patch_lambda(rest.heterogeneous() ? rest.material_id[rest.patches.first_tet(p)] : 0);
 }
 
-// F = sum x_a g_a^T, from differences: sum g_a = 0.
 Mat3 gradient(const PressurePatches& patches, int p, const std::vector<Vec3>& x) {
-  const int begin = patches.corner_start[p], end = patches.corner_start[p + 1];
-  const Vec3& from = x[patches.nodes[begin]];
-  Mat3 sum = Mat3::Zero();
-  for (int c = begin + 1; c < end; ++c) sum += (x[patches.nodes[c]] - from) * patches.core[c].transpose();
-  return sum * (-1 / std::sqrt(patches.volume[p]));
+  const std::size_t begin = patches.corner_start[p], count = patches.corner_start[p + 1] - begin;
+  return mean_gradient(std::span(patches.nodes).subspan(begin, count), std::span(patches.core).subspan(begin, count), patches.volume[p], x);
 }
 
 double plastic_trace(const RestBody& rest, int p, const std::vector<Mat3>& plastic_strain) {

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kNone = -1;
 constexpr int kFewest = 4;  // tets around an edge that begin a patch
-constexpr int kMost = 8;    // tets of a patch: at most 16 nodes (connectivity.h: kMaxCorners)
+constexpr int kMost = 8;    // tets of a patch: connected by faces, at most 11 nodes (connectivity.h: kMaxCorners)
 
 bool is_eligible(const RestBody& rest, int t) {
   return rest.material_of(t).poisson > kNearlyIncompressible;

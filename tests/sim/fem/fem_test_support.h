@@ -154,6 +154,33 @@ inline Vec3 centre_of_mass(const RestBody& rest, const FemState& s) {
   return sum / rest.mass();
 }
 
+// Tip of a cantilever of 2 x 0.4 x 0.4 m under a shear force at its end, over Timoshenko's. Linear.
+inline double cantilever_tip(bool bcc, const FemMaterial& material, ElementKind element) {
+  const TetMesh mesh = bcc ? bcc_box({16, 3, 3}, {2, 0.4, 0.4}) : kuhn_box(16, 3, 3, {2, 0.4, 0.4});
+  const double inertia = std::pow(0.4, 4) / 12, shear = material.young / (2 * (1 + material.poisson));
+  const double exact = 8.0 / (3 * material.young * inertia) + 2 / (0.85 * 0.16 * shear);  // of 1 N
+  const RestBody rest = rest_body(mesh, material, 0, {}, element);
+  Eigen::MatrixXd K = tangent_stiffness(rest, mesh.tets, mesh.X, std::vector<Mat3>(rest.point_count(), Mat3::Zero()), Tangent::fixed_rotation);
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(K.rows());
+  double area = 0;
+  for (const SurfaceFace& face : surface_faces(mesh.tets)) {
+    const Vec3 a = mesh.X[face.nodes[0]], b = mesh.X[face.nodes[1]], c = mesh.X[face.nodes[2]];
+    if (std::min({a.x(), b.x(), c.x()}) < 2 - 1e-9) continue;
+    for (const int n : face.nodes) f[3 * n + 1] += 0.5 * (b - a).cross(c - a).norm() / 3 / 0.16;
+    area += 0.5 * (b - a).cross(c - a).norm();
+  }
+  EXPECT_NEAR(area, 0.16, 1e-12);
+  for (int n = 0; n < mesh.node_count(); ++n) {
+    if (mesh.X[n].x() > 1e-9) continue;
+    for (int d = 3 * n; d < 3 * n + 3; ++d) {
+      K.row(d).setZero();
+      K.col(d).setZero();
+      K(d, d) = 1;
+    }
+  }
+  return f.dot(K.ldlt().solve(f)) / exact;
+}
+
 inline nlohmann::json read_json(const std::string& name) {
   std::ifstream file(crumple::test::shared_data(name));
   return nlohmann::json::parse(file);
