@@ -9,35 +9,16 @@ namespace crumple::sim {
 namespace {
 
 // Solves again in one step. A look that breaks less than a quarter of what broke in the step is the last: the little that is
-// left waits for the step's end. A box of 20 kg at 34 m/s through the lab's panel kept 9.6 m/s if nothing was solved again,
-// 22.9 by this rule, 23.2 if all was looked at to the end, which takes half as long again; a ball through scenes/pane.json 6.4,
-// 10.6 and 11.2 of 18. (With the bits of another day the box keeps 20.)
+// left waits for the step's end. A box of 20 kg at 34 m/s through the lab's panel keeps 9.6 m/s if nothing is solved again,
+// 22.9 by this rule, 23.2 if all is looked at to the end, which takes half as long again; a ball through scenes/pane.json 6.4,
+// 10.6 and 11.2 of 18.
 constexpr int kMaxRounds = 4;
 constexpr double kLittle = 0.25;
-
-// Times the tolerance, of a solve that is looked at once more: it says what breaks, not where things go, and contact's second pass
-// is left out. The solve that counts starts from it. Boxes at 30 to 40 m/s through the panel keep 16.6, 20.3, 22.4, 24.9 and 22.1 m/s so,
-// and 16.4, 20.0, 21.7, 24.0 and 22.2 with no solve rough; of the solver's iterations a fifth is saved.
-constexpr double kRough = 3;  // times the tolerance
 
 bool touches(const islands::CompositeIsland& island, int body) {
   return std::ranges::any_of(island.rows, [&](const contact::ContactRow& row) {
     return row.active && row.lambda_n > 0 && (row.sides[0].body == body || row.sides[1].body == body);
   });
-}
-
-// The next solve of these bodies starts where this one ended.
-void start_from(const islands::CompositeIsland& island, const islands::IslandSolution& solution, std::vector<islands::IslandBody>& bodies) {
-  for (std::size_t k = 0; k < island.soft.size(); ++k) {
-    islands::IslandBody& body = bodies[island.soft[k]];
-    body.start = solution.soft_velocity(static_cast<int>(k));
-    body.has_start = true;
-  }
-  for (const auto& [b, v, w] : solution.rigid) {
-    bodies[b].start.resize(6);
-    bodies[b].start << v, w;
-    bodies[b].has_start = true;
-  }
 }
 
 }  // namespace
@@ -58,23 +39,28 @@ World::Impl::Alone World::Impl::alone(const islands::CompositeIsland& island) co
   return result;
 }
 
-bool World::Impl::may_break_ahead(int body, int round) const {
-  return round < kMaxRounds && soft[body].rest.breakable() && !spent[body];
-}
-
 bool World::Impl::break_ahead(const islands::CompositeIsland& island, const islands::IslandSolution& solution, int round) {
-  if (!solution.finite) return false;
-  const auto may_break = [&](int b) { return may_break_ahead(b, round) && touches(island, b); };
+  if (round >= kMaxRounds || !solution.finite) return false;
+  const auto may_break = [&](int b) { return soft[b].rest.breakable() && !spent[b] && touches(island, b); };
   if (std::ranges::none_of(island.soft, may_break)) return false;
-  start_from(island, solution, island_bodies);
   bool any = false;
-  for (const int b : island.soft) {
+  for (std::size_t k = 0; k < island.soft.size(); ++k) {
+    const int b = island.soft[k];
+    Eigen::VectorXd& v_ahead = island_bodies[b].start;
+    v_ahead = solution.soft_velocity(static_cast<int>(k));
+    island_bodies[b].has_start = true;
     if (!may_break(b)) continue;
     const FractureOutcome outcome =
-        soft[b].fracture_ahead(island_bodies[b].start, scene.dt, scene.creep_dt, scene.seed, step, round, pool);
+        soft[b].fracture_ahead(v_ahead, scene.dt, scene.creep_dt, scene.seed, step, round, pool);
     broken[b] += outcome;
     spent[b] = outcome.splits < kLittle * broken[b].splits;
     any = any || outcome.splits > 0;
+  }
+  // Solves of what broke start where this one ended.
+  for (const auto& [b, v, w] : solution.rigid) {
+    island_bodies[b].start.resize(6);
+    island_bodies[b].start << v, w;
+    island_bodies[b].has_start = true;
   }
   return any;
 }
@@ -86,24 +72,13 @@ void World::Impl::solve_broken(const islands::CompositeIsland& island, const con
     if (!soft[b].is_whole()) island_bodies[b].factor = nullptr;
     soft[b].assemble_part(scene.gravity, scene.dt, pool);
   }
-  auto [bodies, unknowns] = alone(island);
+  const auto [bodies, unknowns] = alone(island);
   auto pieces = islands::composite_islands(
       unknowns, contact::detect({bodies, planes, scene.gravity, scene.dt, scene.contact}, pool));
   for (islands::CompositeIsland& piece : pieces) {
-    const islands::IslandOptions options = solve_options(piece);
-    if (std::ranges::any_of(piece.soft, [&](int b) { return may_break_ahead(b, round + 1); })) {
-      islands::IslandOptions rough = options;
-      rough.passes = 1;
-      rough.solve.tolerance = std::min(0.5, kRough * rough.solve.tolerance);
-      const islands::IslandSolution look = islands::solve(piece, unknowns, rough, before, pool);
-      if (break_ahead(piece, look, round + 1)) {
-        solve_broken(piece, before, round + 1, solved);
-        continue;
-      }
-      start_from(piece, look, unknowns);
-    }
-    islands::IslandSolution solution = islands::solve(piece, unknowns, options, before, pool);
-    solved.push_back({std::move(piece), std::move(solution), unknowns});
+    islands::IslandSolution solution = islands::solve(piece, unknowns, solve_options(piece), before, pool);
+    if (break_ahead(piece, solution, round + 1)) solve_broken(piece, before, round + 1, solved);
+    else solved.push_back({std::move(piece), std::move(solution), unknowns});
   }
 }
 

@@ -178,7 +178,6 @@ struct World::Impl {
             StepReport& report);
   void sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before, IslandAccount& account,
                 StepReport& report);
-  bool may_break_ahead(int body, int round) const;
   bool break_ahead(const islands::CompositeIsland& island, const islands::IslandSolution& solution, int round);
   // A part of an island that broke, as it was solved in the end.
   struct Solved {

@@ -94,9 +94,7 @@ SceneDescription shattered_on_the_ground(int rigid_fragments, double ball_z = -0
 
 TEST(RigidFragments, PiecesOfABrokenPaneComeToRestAndSleep) {
   const double mass = 1000 * 0.8 * 0.8 * 0.1;
-  // Where it strikes: another heap each time. (Of nine places between -0.06 and 0.02 one, -0.03, leaves a ball that rolls a
-  // millimetre to and fro between two shards for ever: nothing resists rolling.)
-  for (const double ball_z : {-0.05, -0.01, 0.0}) {
+  for (const double ball_z : {-0.05, -0.03, 0.0}) {  // where it strikes: another heap each time
     auto world = make_world(shattered_on_the_ground(9, ball_z));
     int most = 0;
     for (int k = 0; k < 60 * 40 && world->workload().live_bodies > 0; ++k) {
