@@ -115,8 +115,7 @@ void shift_patches(const RestBody& rest, const StepFormula& formula, const Threa
       double trace = 0;
       for (int c = patches.corner_start[p]; c < patches.corner_start[p + 1]; ++c)
         trace += (formula.x_known[patches.nodes[c]] - formula.x_linear[patches.nodes[c]]).dot(e.core[first + c]);
-      const int t = patches.first_tet(p);
-      const double pressure = rest.patch_lambda(rest.heterogeneous() ? rest.material_id[t] : 0) * trace;
+      const double pressure = rest.lambda_of_patch(p) * trace;
       for (int c = patches.corner_start[p]; c < patches.corner_start[p + 1]; ++c) e.force[first + c] -= pressure * e.core[first + c];
     }
   };

@@ -24,7 +24,7 @@ struct Elements {
 
   void resize(int tet_count);
   bool is_of(const RestBody& rest) const;  // not before the first update, nor after elements were parted
-  // Corners of all elements in a row: 4 tet + local node, or those of octahedra.
+  // Corners of all elements in a row: 4 tet + local node, or those of octahedra and patches.
   const double* forces() const;
   const double* cores() const;
 };
@@ -33,7 +33,7 @@ struct Elements {
 void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements);
 
-// Q sigma Q^T: Cauchy-like stress of tet t in world axes [Pa]; of octahedra the mean of its two.
+// Q sigma Q^T: Cauchy-like stress of tet t in world axes [Pa]; of octahedra the mean of its two, and its patch's pressure.
 Mat3 element_stress(const RestBody& rest, const Elements& elements, int t);
 // Q n_i of tet t, times fill [m^2].
 Mat34 element_normals(const RestBody& rest, const Elements& elements, int t);
@@ -66,7 +66,7 @@ void elastic_forces(const RestBody& rest, const std::vector<Tet>& tets, const st
                     const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements,
                     Eigen::Ref<Eigen::VectorXd> f);
 
-// Sum of fill V (lambda/2 tr(eps^E)^2 + mu eps^E : eps^E) [J].
+// Sum of fill V (lambda/2 tr(eps^E)^2 + mu eps^E : eps^E), of octahedra with their hourglass and patches [J].
 double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                       const std::vector<Mat3>& plastic_strain);
 

@@ -37,7 +37,7 @@ void flow_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const st
                     std::span<const double> creep, const ThreadPool& pool, std::vector<Mat3>& plastic_strain,
                     OctahedronElements& elements);
 
-// Stress in world axes of a tet [Pa]: of its octahedra, by halves, or its own.
+// Stress in world axes of a tet [Pa]: of its octahedra, by halves, or its own; and the pressure of its patch.
 Mat3 tet_stress(const RestBody& rest, const OctahedronElements& elements, int t);
 // Q n_i of a tet with the mean of its octahedra's rotations, times fill [m^2].
 Mat34 tet_normals(const RestBody& rest, const OctahedronElements& elements, int t);

@@ -13,10 +13,6 @@ namespace {
 
 constexpr int kPerChunk = 64;
 
-double lambda_of(const RestBody& rest, int p) {
-  return rest.patch_lambda(rest.heterogeneous() ? rest.material_id[rest.patches.first_tet(p)] : 0);
-}
-
 Mat3 gradient(const PressurePatches& patches, int p, const std::vector<Vec3>& x) {
   const std::size_t begin = patches.corner_start[p], count = patches.corner_start[p + 1] - begin;
   return mean_gradient(std::span(patches.nodes).subspan(begin, count), std::span(patches.core).subspan(begin, count), patches.volume[p], x);
@@ -44,7 +40,7 @@ void update_patches(const RestBody& rest, const std::vector<Vec3>& x, const std:
     for (int p = first; p < last; ++p) {
       const Mat3 F = gradient(patches, p, x), Q = rotation(F, rest.material_of(patches.first_tet(p)).rotation);
       const double theta = (Q.transpose() * F).trace() - 3 - plastic_trace(rest, p, plastic_strain);
-      const double pressure = lambda_of(rest, p) * theta, to_force = std::sqrt(patches.volume[p]) * pressure;
+      const double pressure = rest.lambda_of_patch(p) * theta, to_force = std::sqrt(patches.volume[p]) * pressure;
       e.Q[p] = Q;
       e.pressure[p] = pressure;
       const int begin = patches.corner_start[p], end = patches.corner_start[p + 1];
@@ -62,7 +58,7 @@ void update_patches(const RestBody& rest, const std::vector<Vec3>& x, const std:
 
 double patch_energy(const RestBody& rest, const PatchElements& e) {
   double energy = 0;
-  for (int p = 0; p < rest.patches.count(); ++p) energy += rest.patches.volume[p] * e.pressure[p] * e.pressure[p] / (2 * lambda_of(rest, p));
+  for (int p = 0; p < rest.patches.count(); ++p) energy += rest.patches.volume[p] * e.pressure[p] * e.pressure[p] / (2 * rest.lambda_of_patch(p));
   return energy;
 }
 
@@ -75,7 +71,7 @@ void add_patch_stiffness(const RestBody& rest, const std::vector<Vec3>& x, const
                          bool exact, std::vector<Eigen::Triplet<double>>& entries) {
   const PressurePatches& patches = rest.patches;
   for (int p = 0; p < patches.count(); ++p) {
-    const Lame lame{lambda_of(rest, p), 0};
+    const Lame lame{rest.lambda_of_patch(p), 0};
     Mat9 A;
     if (exact) {
       const Mat3 F = gradient(patches, p, x);

@@ -91,8 +91,9 @@ void take_in_the_rest(const std::vector<Tet>& tets, const RestBody& rest, int co
   std::vector<int> size(count, 0);
   for (const int p : of_tet)
     if (p != kNone) ++size[p];
+  int lone = 0;  // all before it are in patches
   for (bool joined = true; std::exchange(joined, false);) {
-    for (int t = 0; t < static_cast<int>(tets.size()); ++t) {
+    for (int t = lone; t < static_cast<int>(tets.size()); ++t) {
       if (of_tet[t] != kNone || !is_eligible(rest, t)) continue;
       int best = kNone;
       for (const int s : neighbours[t]) {
@@ -106,9 +107,9 @@ void take_in_the_rest(const std::vector<Tet>& tets, const RestBody& rest, int co
       joined = true;
     }
     if (joined) continue;
-    const auto alone = std::ranges::find_if(of_tet, [&](const int& p) { return p == kNone && is_eligible(rest, static_cast<int>(&p - of_tet.data())); });
-    if (alone == of_tet.end()) return;
-    *alone = static_cast<int>(size.size());
+    while (lone < static_cast<int>(tets.size()) && (of_tet[lone] != kNone || !is_eligible(rest, lone))) ++lone;
+    if (lone == static_cast<int>(tets.size())) return;
+    of_tet[lone] = static_cast<int>(size.size());
     size.push_back(1);
     joined = true;
   }
@@ -120,8 +121,9 @@ void append(const std::vector<Tet>& tets, const RestBody& rest, std::span<const 
   for (const int t : members) {
     made.of_tet[t] = made.count();
     volume += rest.fill[t] * rest.volume[t];
-    for (int a = 0; a < 4; ++a) {
-      const Vec3 term = std::sqrt(rest.fill[t] * rest.volume[t]) * rest.core[t].col(a);
+    for (int a = 0; a < 4; ++a) {  // of the true basis: V g_a is an area, however flat the tet
+      const Vec3 g = a == 0 ? Vec3(-rest.beta[t].colwise().sum().transpose()) : Vec3(rest.beta[t].row(a - 1).transpose());
+      const Vec3 term = -rest.fill[t] * rest.volume[t] * g;
       if (const auto [at, fresh] = core.try_emplace(tets[t][a], term); !fresh) at->second += term;
     }
   }
@@ -159,7 +161,10 @@ void make_patches(const std::vector<Tet>& tets, RestBody& rest) {
 }
 
 void regroup_patches(const std::vector<Tet>& tets, RestBody& rest) {
-  if (rest.patches.of_tet.empty()) return;
+  if (rest.patches.of_tet.empty()) {  // no patches, or the last tet has left
+    rest.patches = {};
+    return;
+  }
   std::map<int, std::vector<int>> groups;
   for (int t = 0; t < static_cast<int>(tets.size()); ++t)
     if (rest.patches.of_tet[t] != kNone) groups[rest.patches.of_tet[t]].push_back(t);

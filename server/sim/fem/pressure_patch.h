@@ -20,10 +20,11 @@ struct RestBody;
 //
 // About one patch to a node is what three unknowns to a node can bear. Patches are the tets around an edge, the longest first, none in
 // two; what is left over joins them. On a Kuhn lattice they are its cells. Their tets are of one material and connected by faces; a
-// crack parts them. Slivers with a clamped basis (linear_tetrahedron.h) are welcome, since a patch's F does not divide by their volume.
+// crack parts them. A patch's F does not divide by the volume of a tet, so that slivers with a clamped basis (linear_tetrahedron.h) are
+// welcome; but those that are left alone would be as stiff as clamping forbids, and do with the element's lambda.
 inline constexpr double kNearlyIncompressible = 0.4;
 
-// Constant data, but for regroup_patches(). Empty: no material of the body asks for them.
+// Constant data, but for regroup_patches(). Empty: no material of the body asks for them, or all of its tets are clamped.
 struct PressurePatches {
   std::vector<int> of_tet;        // one a tet: its patch; -1: none
   // One a patch.

@@ -156,10 +156,8 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
   }
   add_regions(regions, rest);
   update_node_mass(rest, mesh.tets, mesh.node_count());
-  // What elements have of lambda; before octahedra, which are made of it.
-  if (element == ElementKind::smoothed_octahedra)
-    for (int k = 0; k < rest.material_count(); ++k) leave_to_patches(rest.material_at(k), k == 0 ? rest.lame : rest.others[k - 1].lame);
   if (element == ElementKind::smoothed_octahedra) {
+    for (int k = 0; k < rest.material_count(); ++k) leave_to_patches(rest.material_at(k), k == 0 ? rest.lame : rest.others[k - 1].lame);
     make_octahedra(mesh.tets, rest);
     make_patches(mesh.tets, rest);
   }

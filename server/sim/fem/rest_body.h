@@ -65,6 +65,7 @@ struct RestBody {
     return !heterogeneous() || material_id[t] == 0 ? lame : others[material_id[t] - 1].lame;
   }
   double patch_lambda(int id) const;  // what patches of that material have of lambda, 0 if it makes none [Pa]
+  double lambda_of_patch(int p) const { return patch_lambda(heterogeneous() ? material_id[patches.first_tet(p)] : 0); }
   // Corners of octahedra and patches, those of each after those of the one before.
   std::size_t corner_count() const { return octahedra.nodes.size() + patches.nodes.size(); }
   bool clamped(int t) const { return !beta_clamped.empty() && beta_clamped[t] != beta[t]; }
@@ -84,10 +85,10 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
                                 std::span<const MaterialRegion> regions = {},
                                 ElementKind element = ElementKind::linear_tetrahedra);
 
-// Leaves the tets `kept`, ascending; node masses and octahedra are the caller's to renew (follow_topology).
+// Leaves the tets `kept`, ascending; node masses, octahedra and patches are the caller's to renew (follow_topology).
 void keep_tets(RestBody& rest, std::span<const int> kept);
 
-// Lumped masses, drags and octahedra anew, after tets got other node ids. tets: one a rest tet; ids in [0, node_count).
+// Lumped masses, drags, octahedra and patches anew, after tets got other node ids. tets: one a rest tet; ids in [0, node_count).
 // Returns what regroup() does: empty where elements are tets.
 std::vector<int> follow_topology(RestBody& rest, const std::vector<Tet>& tets, int node_count);
 
