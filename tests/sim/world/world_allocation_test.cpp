@@ -71,6 +71,18 @@ TEST(WorldAllocation, NoneOfABodyThatHangs) {
     EXPECT_EQ(allocations_of_steps(held_beam(solver), 30, 20, false), 0) << static_cast<int>(solver);
 }
 
+// With pressure patches, in either formula of time.
+TEST(WorldAllocation, NoneOfAHangingBodyOfOctahedraOfRubber) {
+  for (const Integrator integrator : {Integrator::backward_euler, Integrator::bdf2}) {
+    SceneDescription scene = held_beam(linear_solver::SolverKind::multigrid);
+    scene.integrator = integrator;
+    auto& model = std::get<FemModel>(scene.bodies[0].model);
+    model.element = fem::ElementKind::smoothed_octahedra;
+    model.material.poisson = 0.49;
+    EXPECT_EQ(allocations_of_steps(scene, 30, 20, false), 0);
+  }
+}
+
 TEST(WorldAllocation, NoneOfAHeapThatRests) {
   for (const double young : {1e5, 1e7}) EXPECT_EQ(allocations_of_steps(heap(young, false), 400, 20, true), 0) << young;
 }
