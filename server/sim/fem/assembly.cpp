@@ -40,16 +40,18 @@ ElementNodes element_nodes(const RestBody& rest, const std::vector<Tet>& tets, b
   return elements;
 }
 
+// Of each corner in the order of element_nodes.
 void find_weights(const RestBody& rest, const ElementNodes& elements, StepSystem& s) {
   s.corner_weights.clear();
   if (!rest.heterogeneous() && rest.patches.empty()) return;
-  const int octahedra = rest.octahedra.count(), patches = rest.patches.count();
-  for (int e = 0; e + 1 < static_cast<int>(elements.start.size()); ++e) {
-    const bool is_patch = e >= octahedra && e < octahedra + patches;
-    const int t = is_patch ? rest.patches.first_tet(e - octahedra) : e < octahedra ? rest.octahedra.first_tet(e) : e - octahedra - patches;
-    const int material = rest.heterogeneous() ? rest.material_id[t] : 0;
-    s.corner_weights.resize(elements.start[e + 1], static_cast<std::uint16_t>(is_patch ? rest.material_count() + material : material));
-  }
+  int done = 0;
+  const auto give_next = [&](int t, int first) {
+    const int weights = first + (rest.heterogeneous() ? rest.material_id[t] : 0);
+    s.corner_weights.resize(elements.start[++done], static_cast<std::uint16_t>(weights));
+  };
+  for (int d = 0; d < rest.octahedra.count(); ++d) give_next(rest.octahedra.first_tet(d), 0);
+  for (int p = 0; p < rest.patches.count(); ++p) give_next(rest.patches.first_tet(p), rest.material_count());
+  for (int t = 0; done + 1 < static_cast<int>(elements.start.size()); ++t) give_next(t, 0);
 }
 
 void connect(const RestBody& rest, const std::vector<Tet>& tets, int node_count, StepSystem& s) {
@@ -107,6 +109,7 @@ Mat3 core_stress(const Lame& lame, const Mat3& D) {
   return lame.lambda * D.trace() * Mat3::Identity() + lame.mu * (D + D.transpose());
 }
 
+// As shift_forces, of what patches have of lambda.
 void shift_patches(const RestBody& rest, const StepFormula& formula, const ThreadPool& pool, OctahedronElements& e) {
   const PressurePatches& patches = rest.patches;
   const std::size_t first = rest.octahedra.nodes.size();

@@ -7,13 +7,15 @@
 
 namespace crumple::sim::fem {
 
-// F = sum x_a g_a^T of an element that averages over tets, from differences: sum g_a = 0. nodes, core: of its corners, core =
-// -sqrt(V) g_a; x: of all nodes.
-inline Mat3 mean_gradient(std::span<const int> nodes, std::span<const Vec3> core, double volume, std::span<const Vec3> x) {
-  const Vec3& from = x[nodes[0]];
+// F = sum x_a g_a^T of element k of a group whose elements average over tets (SmoothedOctahedra, PressurePatches), from differences:
+// sum g_a = 0. x: of all nodes.
+template <class Group>
+Mat3 mean_gradient(const Group& group, int k, std::span<const Vec3> x) {
+  const int begin = group.corner_start[k], end = group.corner_start[k + 1];
+  const Vec3& from = x[group.nodes[begin]];
   Mat3 sum = Mat3::Zero();
-  for (std::size_t c = 1; c < nodes.size(); ++c) sum += (x[nodes[c]] - from) * core[c].transpose();
-  return sum * (-1 / std::sqrt(volume));
+  for (int c = begin + 1; c < end; ++c) sum += (x[group.nodes[c]] - from) * group.core[c].transpose();
+  return sum * (-1 / std::sqrt(group.volume[k]));
 }
 
 }  // namespace crumple::sim::fem

@@ -18,11 +18,6 @@ namespace {
 
 constexpr int kPerChunk = 128;
 
-Mat3 gradient(const SmoothedOctahedra& o, int d, const std::vector<Vec3>& x) {
-  const std::size_t begin = o.corner_start[d], count = o.corner_start[d + 1] - begin;
-  return mean_gradient(std::span(o.nodes).subspan(begin, count), std::span(o.core).subspan(begin, count), o.volume[d], x);
-}
-
 Vec3 hourglass(const SmoothedOctahedra& o, int d, const std::vector<Vec3>& x) {
   const int begin = o.corner_start[d], end = o.corner_start[d + 1];
   const Vec3& from = x[o.nodes[begin]];
@@ -50,7 +45,7 @@ void update_octahedron(const RestBody& rest, const std::vector<Tet>& tets, const
   const SmoothedOctahedra& o = rest.octahedra;
   const int t = o.first_tet(d), begin = o.corner_start[d], end = o.corner_start[d + 1];
   const FemMaterial& material = rest.material_of(t);
-  const Mat3 F = gradient(o, d, x), Q = rotation(F, material.rotation);
+  const Mat3 F = mean_gradient(o, d, x), Q = rotation(F, material.rotation);
   const Mat3 sigma = isotropic_stress(rest.lame_of(t), corotational_strain(Q, F) - plastic_strain);
   Mat3 stress = sigma;
   if (balances_moment(material, plastic_strain)) stress += moment_balance(symmetric_part(Q.transpose() * F), sigma);
@@ -112,7 +107,7 @@ Mat3 strain_of(const RestBody& rest, const std::vector<Tet>& tets, const std::ve
     const Mat34 x_t = gather(x, tets[t]);
     return element_strain(rest, t, x_t, rotation(deformation_gradient(x_t, rest.beta[t]), rule));
   }
-  const Mat3 F = gradient(rest.octahedra, d, x);
+  const Mat3 F = mean_gradient(rest.octahedra, d, x);
   return corotational_strain(rotation(F, rule), F);
 }
 
@@ -223,7 +218,7 @@ void add_octahedron_stiffness(const RestBody& rest, const std::vector<Tet>& tets
   for (int d = 0; d < o.count(); ++d) {
     const Lame& lame = rest.lame_of(o.first_tet(d));
     Mat9 A;
-    if (exact) A = first_piola_derivative(lame, e.Q[d], gradient(o, d, x), plastic_strain[d]);
+    if (exact) A = first_piola_derivative(lame, e.Q[d], mean_gradient(o, d, x), plastic_strain[d]);
     for (int a = o.corner_start[d]; a < o.corner_start[d + 1]; ++a) {
       for (int b = o.corner_start[d]; b < o.corner_start[d + 1]; ++b) {
         Mat3 block = o.gamma[a] * o.gamma[b] * Mat3::Identity();

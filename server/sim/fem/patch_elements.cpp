@@ -13,11 +13,6 @@ namespace {
 
 constexpr int kPerChunk = 64;
 
-Mat3 gradient(const PressurePatches& patches, int p, const std::vector<Vec3>& x) {
-  const std::size_t begin = patches.corner_start[p], count = patches.corner_start[p + 1] - begin;
-  return mean_gradient(std::span(patches.nodes).subspan(begin, count), std::span(patches.core).subspan(begin, count), patches.volume[p], x);
-}
-
 double plastic_trace(const RestBody& rest, int p, const std::vector<Mat3>& plastic_strain) {
   const PressurePatches& patches = rest.patches;
   double sum = 0;
@@ -38,7 +33,7 @@ void update_patches(const RestBody& rest, const std::vector<Vec3>& x, const std:
   e.pressure.resize(patches.count());
   const auto body = [&](int first, int last) {
     for (int p = first; p < last; ++p) {
-      const Mat3 F = gradient(patches, p, x), Q = rotation(F, rest.material_of(patches.first_tet(p)).rotation);
+      const Mat3 F = mean_gradient(patches, p, x), Q = rotation(F, rest.material_of(patches.first_tet(p)).rotation);
       const double theta = (Q.transpose() * F).trace() - 3 - plastic_trace(rest, p, plastic_strain);
       const double pressure = rest.lambda_of_patch(p) * theta, to_force = std::sqrt(patches.volume[p]) * pressure;
       e.Q[p] = Q;
@@ -74,7 +69,7 @@ void add_patch_stiffness(const RestBody& rest, const std::vector<Vec3>& x, const
     const Lame lame{rest.lambda_of_patch(p), 0};
     Mat9 A;
     if (exact) {
-      const Mat3 F = gradient(patches, p, x);
+      const Mat3 F = mean_gradient(patches, p, x);
       // The trace that leaves it this pressure.
       const double plastic = (e.Q[p].transpose() * F).trace() - 3 - e.pressure[p] / lame.lambda;
       A = first_piola_derivative(lame, e.Q[p], F, plastic / 3 * Mat3::Identity());

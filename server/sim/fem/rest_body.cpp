@@ -53,6 +53,7 @@ bool any_material(const RestBody& rest, Predicate holds) {
          std::ranges::any_of(rest.others, [&](const RestBody::Other& other) { return holds(other.material); });
 }
 
+// What elements keep of lambda where patches have the rest (pressure_patch.h).
 void leave_to_patches(const FemMaterial& material, Lame& lame) {
   if (material.poisson > kNearlyIncompressible) lame.lambda = lame.mu;
 }
