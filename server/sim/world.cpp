@@ -109,12 +109,18 @@ Energies World::energies() const {
   return total;
 }
 
+int World::inverted(BodyId body) const {
+  assert(impl_->places[body].model == BodyModel::fem);
+  const SoftBody& soft = impl_->soft[impl_->places[body].index];
+  return fem::inverted_count(soft.tets, soft.state.x);
+}
+
 FemView World::fem(BodyId body) const {
   assert(impl_->places[body].model == BodyModel::fem);
   const SoftBody& soft = impl_->soft[impl_->places[body].index];
   FemView view{soft.tets, soft.state.x, soft.state.v, {}, soft.rest.material_id, soft.von_mises()};
   for (int t = 0; t < static_cast<int>(soft.tets.size()); ++t) view.plastic_strain.push_back(fem::element_plastic_strain(soft.rest, soft.state.plastic_strain, t));
-  view.inverted = fem::inverted_count(soft.tets, soft.state.x);
+  view.inverted = inverted(body);
   view.fragments = fracture::find_fragments(soft.tets).count() + static_cast<int>(soft.fragments.size());
   view.rigid_fragments = static_cast<int>(soft.fragments.size());
   for (const RigidFragment& fragment : soft.fragments) {

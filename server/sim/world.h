@@ -133,6 +133,7 @@ class World {
   Invariants invariants() const;               // of the last step; zero work without WorldOptions::invariants
   const std::vector<Strike>& strikes() const;  // of the last step; empty without WorldOptions::strikes
   FemView fem(BodyId body) const;              // body must be a finite-element body
+  int inverted(BodyId body) const;             // FemView::inverted alone, which costs no more than it has to
   const example_based::WeightMatrix& example_weights(BodyId body) const;  // E, N x E; body must be example-based
 
   // 64 bits over every double of the state, bit for bit.
