@@ -46,6 +46,7 @@ Json rows(const std::vector<Vec3>& vectors) {
 }
 
 sim::fem::ElementKind element_kind(const std::string& name) {
+  if (name == "hexahedra") return sim::fem::ElementKind::hexahedra;
   return name == "octahedra" ? sim::fem::ElementKind::smoothed_octahedra : sim::fem::ElementKind::linear_tetrahedra;
 }
 
@@ -209,8 +210,8 @@ void add_material(CLI::App* command, lab::MaterialOverride& material) {
   command->add_option("--young", material.young, "E [Pa], instead of the case's");
   command->add_option("--nu", material.poisson, "Poisson's ratio, instead of the case's");
   command->add_option_function<std::string>("--element", [&](const std::string& name) { material.element = element_kind(name); },
-                                            "tets: linear; octahedra: smoothed over long edges")
-      ->check(CLI::IsMember({"tets", "octahedra"}));
+                                            "tets: linear; octahedra: smoothed over long edges; hexahedra: cells of six tets")
+      ->check(CLI::IsMember({"tets", "octahedra", "hexahedra"}));
 }
 
 }  // namespace
@@ -389,7 +390,7 @@ int main(int argc, char** argv) {
   b->add_option("--integrator", bench.integrator, "instead of the scene's")->check(CLI::IsMember({"backward_euler", "bdf2"}));
   b->add_option("--rigid-iterations", bench.rigid_iterations, "of the rigid solver at most, instead of the scene's")->check(CLI::Range(1, 10'000));
   b->add_option("--rigid-tolerance", bench.rigid_tolerance, "of the rigid solver [m/s], instead of its own")->check(CLI::Range(1e-15, 1.0));
-  b->add_option("--element", bench.element, "of finite-element bodies, instead of the scene's")->check(CLI::IsMember({"tets", "octahedra"}));
+  b->add_option("--element", bench.element, "of finite-element bodies, instead of the scene's")->check(CLI::IsMember({"tets", "octahedra", "hexahedra"}));
   b->add_option("--kappa", bench.kappa, "of contact, instead of the scene's")->check(CLI::Range(1e-3, 1e6));
   b->add_option("--recovery-steps", bench.recovery_steps, "of contact, instead of the scene's")->check(CLI::Range(1.0, 1e6));
   b->add_flag("--depth", bench.depth, "how deep finite-element bodies are in each other and under planes after every step, and for how long");

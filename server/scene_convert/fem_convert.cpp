@@ -15,8 +15,10 @@ sim::fem::ElementKind to_element(int element, const std::string& field, Conversi
       return sim::fem::ElementKind::linear_tetrahedra;
     case v1::FemBody::SMOOTHED_OCTAHEDRA:
       return sim::fem::ElementKind::smoothed_octahedra;
+    case v1::FemBody::HEXAHEDRA:
+      return sim::fem::ElementKind::hexahedra;
     default:
-      c.breach.require(false, field, "is " + std::to_string(element) + ", must be LINEAR_TETRAHEDRA or SMOOTHED_OCTAHEDRA");
+      c.breach.require(false, field, "is " + std::to_string(element) + ", must be LINEAR_TETRAHEDRA, SMOOTHED_OCTAHEDRA or HEXAHEDRA");
   }
   return {};
 }

@@ -278,13 +278,13 @@ double ghost_moment(SoftTrial& trial) {
     const double mean = force / static_cast<double>(nodes.size());
     if (force > 1e-3) largest = std::max(largest, moment.norm() / (mean * trial.rest.mean_edge));
   };
-  const sim::fem::SmoothedOctahedra& o = trial.rest.octahedra;
+  const sim::fem::MacroElements& o = trial.rest.macros;
   for (int d = 0; d < o.count(); ++d)
     look({o.nodes.begin() + o.corner_start[d], o.nodes.begin() + o.corner_start[d + 1]});
   const sim::fem::PressurePatches& patches = trial.rest.patches;
   for (int p = 0; p < patches.count(); ++p)
     look({patches.nodes.begin() + patches.corner_start[p], patches.nodes.begin() + patches.corner_start[p + 1]});
-  if (o.empty() || elements.octahedra.any_split)
+  if (o.empty() || elements.macros.any_split)
     for (const Tet& tet : trial.mesh.tets) look(tet);
   return largest;
 }

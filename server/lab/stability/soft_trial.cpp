@@ -71,7 +71,7 @@ double SoftTrial::kinetic() const {
 }
 
 double SoftTrial::elastic() const {
-  if (rest.smoothed()) return elastic_energy(rest, mesh.tets, state.x, state.plastic_strain);
+  if (rest.grouped()) return elastic_energy(rest, mesh.tets, state.x, state.plastic_strain);
   double sum = 0;
   for (int t = 0; t < mesh.tet_count(); ++t) {
     const Mat34 x = gather(state.x, mesh.tets[t]);

@@ -336,12 +336,12 @@ Vec3 SoftBody::momentum() const {
 std::vector<double> SoftBody::von_mises() const {
   std::vector<double> values(tets.size());
   // Before the first step, and where nothing was moved since: stress-free.
-  if (rest.smoothed() ? system.tets.empty() && !system.elements.is_of(rest) : system.elements.sigma.size() < tets.size()) return values;
+  if (rest.grouped() ? system.tets.empty() && !system.elements.is_of(rest) : system.elements.sigma.size() < tets.size()) return values;
   const bool at_state = elements_at_state_ && system.elements.is_of(rest);
   const fem::Elements now = at_state ? fem::Elements{} : elements_now();
   const fem::Elements& elements = at_state ? system.elements : now;
   for (int t = 0; t < static_cast<int>(tets.size()); ++t) {
-    values[t] = fem::von_mises(rest.smoothed() ? fem::element_stress(rest, elements, t) : elements.sigma[t]);
+    values[t] = fem::von_mises(rest.grouped() ? fem::element_stress(rest, elements, t) : elements.sigma[t]);
   }
   return values;
 }

@@ -10,7 +10,7 @@
 namespace crumple::sim {
 
 std::vector<int> SoftBody::follow_topology() {
-  system.elements.octahedra = {};  // of others
+  system.elements.macros = {};  // of others
   return fem::follow_topology(rest, tets, node_count());
 }
 
@@ -53,7 +53,7 @@ SoftBody::Parted SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
   }
   if (command_force_.size() > 0) command_force_.conservativeResizeLike(Eigen::VectorXd::Zero(3 * node_count()));
   std::vector<int> element_before = follow_topology();
-  if (rest.smoothed()) state.plastic_strain = fem::inherited(state.plastic_strain, element_before);
+  if (rest.grouped()) state.plastic_strain = fem::inherited(state.plastic_strain, element_before);
   follow_tets();
   last_fragments_ = report.fragments;
   small_pieces_ = rigid_fragment_tets_ > 0;
@@ -120,7 +120,7 @@ FractureOutcome SoftBody::fracture_ahead(Eigen::VectorXd& v_ahead, double dt, do
   state.x.swap(x_kept_);
   state.v.swap(v_kept_);
   if (rest.yields()) {
-    if (rest.smoothed() && outcome.splits > 0) plastic_strain = fem::inherited(plastic_strain, element_before);
+    if (rest.grouped() && outcome.splits > 0) plastic_strain = fem::inherited(plastic_strain, element_before);
     state.plastic_strain.swap(plastic_strain);
   }
   whole_ahead_ = outcome.splits == 0;

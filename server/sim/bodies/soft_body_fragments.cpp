@@ -127,7 +127,7 @@ void SoftBody::keep_part(std::span<const int> kept_tets, std::span<const int> ke
   keep(scene_tet_of_, kept_tets);
   for (std::size_t t = 0; t < scene_tet_of_.size(); ++t) scene_tets_[scene_tet_of_[t]].tet = static_cast<int>(t);
   skin_.follow(moved.node);
-  if (rest.smoothed()) {
+  if (rest.grouped()) {
     state.plastic_strain = fem::inherited(state.plastic_strain, follow_topology());
   } else {
     keep(state.plastic_strain, kept_tets);

@@ -18,12 +18,12 @@ constexpr int kTetsPerChunk = 256;
 constexpr int kEdgesPerChunk = 512;
 constexpr int kNodesPerChunk = 256;
 
-// Corners of the body's elements; of octahedra with those of patches after them, and of all tets where some stand for themselves.
+// Corners of the body's elements; of groups of tets with those of patches after them, and of all tets where some stand for themselves.
 ElementNodes element_nodes(const RestBody& rest, const std::vector<Tet>& tets, bool with_split) {
   ElementNodes elements;
-  if (rest.smoothed()) {
-    elements.start = rest.octahedra.corner_start;
-    elements.nodes = rest.octahedra.nodes;
+  if (rest.grouped()) {
+    elements.start = rest.macros.corner_start;
+    elements.nodes = rest.macros.nodes;
     const int first = elements.start.back();
     for (int p = 1; p <= rest.patches.count(); ++p) elements.start.push_back(first + rest.patches.corner_start[p]);
     elements.nodes.insert(elements.nodes.end(), rest.patches.nodes.begin(), rest.patches.nodes.end());
@@ -49,7 +49,7 @@ void find_weights(const RestBody& rest, const ElementNodes& elements, StepSystem
     const int weights = first + (rest.heterogeneous() ? rest.material_id[t] : 0);
     s.corner_weights.resize(elements.start[++done], static_cast<std::uint16_t>(weights));
   };
-  for (int d = 0; d < rest.octahedra.count(); ++d) give_next(rest.octahedra.first_tet(d), 0);
+  for (int d = 0; d < rest.macros.count(); ++d) give_next(rest.macros.first_tet(d), 0);
   for (int p = 0; p < rest.patches.count(); ++p) give_next(rest.patches.first_tet(p), rest.material_count());
   for (int t = 0; done + 1 < static_cast<int>(elements.start.size()); ++t) give_next(t, 0);
 }
@@ -110,9 +110,9 @@ Mat3 core_stress(const Lame& lame, const Mat3& D) {
 }
 
 // As shift_forces, of what patches have of lambda.
-void shift_patches(const RestBody& rest, const StepFormula& formula, const ThreadPool& pool, OctahedronElements& e) {
+void shift_patches(const RestBody& rest, const StepFormula& formula, const ThreadPool& pool, MacroStates& e) {
   const PressurePatches& patches = rest.patches;
-  const std::size_t first = rest.octahedra.nodes.size();
+  const std::size_t first = rest.macros.nodes.size();
   const auto shift = [&](int begin, int end) {
     for (int p = begin; p < end; ++p) {
       double trace = 0;
@@ -137,12 +137,18 @@ void shift_forces(const RestBody& rest, const std::vector<Tet>& tets, const Step
       e.force[t].col(0) = -e.force[t].rightCols<3>().rowwise().sum();
     }
   };
-  if (!rest.smoothed()) return pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(shift));
+  if (!rest.grouped()) return pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(shift));
 
-  const SmoothedOctahedra& o = rest.octahedra;
-  OctahedronElements& elements = e.octahedra;
+  const MacroElements& o = rest.macros;
+  MacroStates& elements = e.macros;
   const auto displacement = [&](int node) { return Vec3(formula.x_known[node] - formula.x_linear[node]); };
-  const auto shift_octahedra = [&](int begin, int end) {
+  const auto shift_hexahedron = [&](int k) {  // what the mean does not see
+    Mat38 Y;
+    for (int a = 0; a < 8; ++a) Y.col(a) = elements.Q[k].transpose() * displacement(o.nodes[8 * k + a]);
+    const std::array<Vec3, 8> f = o.shape(k).forces(Y);
+    for (int a = 0; a < 8; ++a) elements.force[8 * k + a] -= elements.Q[k] * f[a];
+  };
+  const auto shift_groups = [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       Mat3 D = Mat3::Zero();
       Vec3 z = Vec3::Zero();
@@ -154,9 +160,10 @@ void shift_forces(const RestBody& rest, const std::vector<Tet>& tets, const Step
       const Mat3 stress = core_stress(rest.lame_of(o.first_tet(k)), D);
       for (int c = o.corner_start[k]; c < o.corner_start[k + 1]; ++c)
         elements.force[c] -= stress * elements.core[c] + o.gamma[c] * z;
+      if (k < o.hexahedra && !elements.split[k]) shift_hexahedron(k);
     }
   };
-  pool.for_chunks(o.count(), kTetsPerChunk, std::cref(shift_octahedra));
+  pool.for_chunks(o.count(), kTetsPerChunk, std::cref(shift_groups));
   shift_patches(rest, formula, pool, elements);
   for (int t = 0; elements.any_split && t < rest.tet_count(); ++t) {
     if (elements.tet_share[t] == 0) continue;
@@ -169,7 +176,7 @@ void shift_forces(const RestBody& rest, const std::vector<Tet>& tets, const Step
 }
 
 // sum gamma_a gamma_b over the octahedra of an edge: its hourglass stiffness.
-double edge_hourglass(const SmoothedOctahedra& o, int a, int b) {
+double edge_hourglass(const MacroElements& o, int a, int b) {
   return a < static_cast<int>(o.gamma.size()) ? o.gamma[a] * o.gamma[b] : 0;
 }
 
@@ -180,28 +187,41 @@ struct EdgeSum {
   double hourglass;
 };
 
+// The hexahedra's share of an edge, with the factor of each: it goes in as it is, where G's part of lambda does.
+template <class FactorOf>
+void add_hexahedra(const StepSystem& s, const RestBody& rest, int edge, const FactorOf& factor_of, EdgeSum& sum) {
+  for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
+    const std::uint32_t pair = s.connectivity.edge_corners[k];
+    const int first = Connectivity::first(pair);
+    if (of_hexahedron(rest.macros, first))
+      add_hexahedron_block(rest.macros, s.elements.macros, first, Connectivity::second(pair), factor_of(first), sum.of_lambda);
+  }
+}
+
 [[gnu::always_inline]] inline EdgeSum edge_sum(const StepSystem& s, const RestBody& rest, const Factors& factors, int edge) {
   Quad G[3]{};
   double hourglass = 0;
   const double* cores = s.elements.cores();
-  const bool smoothed = rest.smoothed();
+  const bool grouped = rest.grouped();
   for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
     const std::uint32_t pair = s.connectivity.edge_corners[k];
     const int first = Connectivity::first(pair), second = Connectivity::second(pair);
     const Quad a = load_three(cores + 3 * first);
     const double* b = cores + 3 * second;
     for (int j = 0; j < 3; ++j) G[j] = multiply_add(a, quad(b[j]), G[j]);
-    if (smoothed) hourglass += edge_hourglass(rest.octahedra, first, second);
+    if (grouped) hourglass += edge_hourglass(rest.macros, first, second);
   }
   const Quad lambda = quad(factors.stiffness * rest.lame.lambda), mu = quad(factors.stiffness * rest.lame.mu);
-  return {{lambda * G[0], lambda * G[1], lambda * G[2]}, {mu * G[0], mu * G[1], mu * G[2]}, factors.stiffness * hourglass};
+  EdgeSum sum{{lambda * G[0], lambda * G[1], lambda * G[2]}, {mu * G[0], mu * G[1], mu * G[2]}, factors.stiffness * hourglass};
+  if (grouped && rest.macros.hexahedra > 0) add_hexahedra(s, rest, edge, [&](int) { return factors.stiffness; }, sum);
+  return sum;
 }
 
 // The same where elements are of several materials or have patches: each with the weights of its own.
 EdgeSum weighted_edge_sum(const StepSystem& s, const RestBody& rest, int edge) {
   EdgeSum sum{};
   const double* cores = s.elements.cores();
-  const bool smoothed = rest.smoothed();
+  const bool grouped = rest.grouped();
   for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
     const std::uint32_t pair = s.connectivity.edge_corners[k];
     const int first = Connectivity::first(pair), second = Connectivity::second(pair);
@@ -212,8 +232,10 @@ EdgeSum weighted_edge_sum(const StepSystem& s, const RestBody& rest, int edge) {
       sum.of_lambda[j] = multiply_add(a, quad(weight.lame.lambda * b[j]), sum.of_lambda[j]);
       sum.of_mu[j] = multiply_add(a, quad(weight.lame.mu * b[j]), sum.of_mu[j]);
     }
-    if (smoothed) sum.hourglass += weight.stiffness * edge_hourglass(rest.octahedra, first, second);
+    if (grouped) sum.hourglass += weight.stiffness * edge_hourglass(rest.macros, first, second);
   }
+  if (grouped && rest.macros.hexahedra > 0)
+    add_hexahedra(s, rest, edge, [&](int corner) { return s.weights[s.corner_weights[corner]].stiffness; }, sum);
   return sum;
 }
 
@@ -345,8 +367,8 @@ void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState
   update_elements(rest, tets, formula.x_linear, state.plastic_strain, pool, system.elements);
   if (&formula.x_known != &formula.x_linear) shift_forces(rest, tets, formula, pool, system.elements);
 
-  if (system.with_split != system.elements.octahedra.any_split) {
-    system.with_split = system.elements.octahedra.any_split;
+  if (system.with_split != system.elements.macros.any_split) {
+    system.with_split = system.elements.macros.any_split;
     connect(rest, tets, n, system);  // the same edges: an octahedron has all of its tets'
   }
   const Factors factors = factors_of(rest.material, formula);

@@ -29,7 +29,10 @@ Mat34 nodal_forces(const RestTet& rest, const Mat3& Q, const Mat3& sigma) {
 
 Mat3 moment_balance(const Mat3& S, const Mat3& sigma) {
   const Mat3 C = S * sigma;  // minus its transpose sigma S
-  const Vec3 axial(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
+  return moment_balance(S, Vec3(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1)));
+}
+
+Mat3 moment_balance(const Mat3& S, const Vec3& axial) {
   const Mat3 G = S.trace() * Mat3::Identity() - S;
   const Vec3 g0 = G.col(0), g1 = G.col(1), g2 = G.col(2), g12 = g1.cross(g2);
   const double det = std::max(0.0, g0.dot(g12)), floored = std::max(det, kBalanceFades);

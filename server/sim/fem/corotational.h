@@ -56,6 +56,8 @@ Mat34 nodal_forces(const RestTet& rest, const Mat3& Q, const Mat3& sigma);
 //   A S + S A = S sigma - sigma S, so (tr(S) I - S) a = axial(S sigma - sigma S)
 // Where that matrix is nearly singular, in tets squashed to nothing or inverted, A fades to zero.
 Mat3 moment_balance(const Mat3& S, const Mat3& sigma);
+// The same of a given right-hand side: A of (tr(S) I - S) a = axial.
+Mat3 moment_balance(const Mat3& S, const Vec3& axial);
 inline constexpr double kBalanceFades = 0.5;  // below this determinant; 8 at rest, 0 where two signed stretches cancel
 
 // K_ij = -J_ij, J_ij = -1/(9V) Q (lambda n_i n_j^T + mu (n_i . n_j) I + mu n_j n_i^T) Q^T (eq. 2 with the factor that

@@ -65,29 +65,29 @@ TetLaw tet_law(const RestBody& rest, int t, const Mat34& x, const Mat3& plastic_
 }
 
 bool Elements::is_of(const RestBody& rest) const {
-  return static_cast<int>((rest.smoothed() ? octahedra.sigma : sigma).size()) == rest.point_count();
+  return static_cast<int>((rest.grouped() ? macros.sigma : sigma).size()) == rest.point_count();
 }
 
 const double* Elements::forces() const {
-  return octahedra.force.empty() ? force.data()->data() : octahedra.force.data()->data();
+  return macros.force.empty() ? force.data()->data() : macros.force.data()->data();
 }
 
 const double* Elements::cores() const {
-  return octahedra.core.empty() ? core.data()->data() : octahedra.core.data()->data();
+  return macros.core.empty() ? core.data()->data() : macros.core.data()->data();
 }
 
 Mat3 element_stress(const RestBody& rest, const Elements& elements, int t) {
-  if (rest.smoothed()) return tet_stress(rest, elements.octahedra, t);
+  if (rest.grouped()) return tet_stress(rest, elements.macros, t);
   return elements.Q[t] * elements.sigma[t] * elements.Q[t].transpose();
 }
 
 Mat34 element_normals(const RestBody& rest, const Elements& elements, int t) {
-  if (rest.smoothed()) return tet_normals(rest, elements.octahedra, t);
+  if (rest.grouped()) return tet_normals(rest, elements.macros, t);
   return 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * elements.core[t];  // undoes the core's factor
 }
 
 Mat3 element_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_strain, int t) {
-  return rest.smoothed() ? tet_plastic_strain(rest, plastic_strain, t) : plastic_strain[t];
+  return rest.grouped() ? tet_plastic_strain(rest, plastic_strain, t) : plastic_strain[t];
 }
 
 void Elements::resize(int tet_count) {
@@ -106,7 +106,7 @@ void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const s
                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements) {
   assert(static_cast<int>(tets.size()) == rest.tet_count());
   assert(static_cast<int>(plastic_strain.size()) == rest.point_count());
-  if (rest.smoothed()) return update_octahedra(rest, tets, x, plastic_strain, pool, elements.octahedra);
+  if (rest.grouped()) return update_macros(rest, tets, x, plastic_strain, pool, elements.macros);
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
     for (int t = begin; t < end; t += 4) {
@@ -122,7 +122,7 @@ void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std:
   if (!rest.yields()) return;
   std::array<double, kMaxRegions + 1> creep;  // of each material
   for (int k = 0; k < rest.material_count(); ++k) creep[k] = creep_per_step(rest.material_at(k), dt, creep_dt);
-  if (rest.smoothed()) return flow_octahedra(rest, tets, x, creep, pool, plastic_strain, elements.octahedra);
+  if (rest.grouped()) return flow_macros(rest, tets, x, creep, pool, plastic_strain, elements.macros);
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
     for (int t = begin; t < end; ++t) {
@@ -148,14 +148,14 @@ void elastic_forces(const RestBody& rest, const std::vector<Tet>& tets, const st
 void gather_forces(const RestBody& rest, const std::vector<Tet>& tets, const Elements& elements,
                    Eigen::Ref<Eigen::VectorXd> f) {
   f.setZero();
-  if (rest.smoothed()) return add_octahedron_forces(rest, tets, elements.octahedra, f);
+  if (rest.grouped()) return add_macro_forces(rest, tets, elements.macros, f);
   for (int t = 0; t < rest.tet_count(); ++t)
     for (int a = 0; a < 4; ++a) f.segment<3>(3 * tets[t][a]) += elements.force[t].col(a);
 }
 
 double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                       const std::vector<Mat3>& plastic_strain) {
-  if (rest.smoothed()) {
+  if (rest.grouped()) {
     Elements elements;
     update_elements(rest, tets, x, plastic_strain, ThreadPool(1), elements);
     return elastic_energy(rest, elements);
@@ -171,7 +171,7 @@ double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const 
 }
 
 double elastic_energy(const RestBody& rest, const Elements& elements) {
-  if (rest.smoothed()) return octahedron_energy(rest, elements.octahedra);
+  if (rest.grouped()) return macro_energy(rest, elements.macros);
   double energy = 0;
   for (int t = 0; t < rest.tet_count(); ++t)
     energy += rest.fill[t] * rest.volume[t] * energy_density_of_stress(rest.lame_of(t), elements.sigma[t]);
@@ -189,10 +189,10 @@ Eigen::SparseMatrix<double> tangent_stiffness(const RestBody& rest, const std::v
                                               Tangent tangent) {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(144 * tets.size());
-  if (rest.smoothed()) {
-    OctahedronElements elements;
-    update_octahedra(rest, tets, x, plastic_strain, ThreadPool(1), elements);
-    add_octahedron_stiffness(rest, tets, x, plastic_strain, tangent == Tangent::exact, elements, entries);
+  if (rest.grouped()) {
+    MacroStates elements;
+    update_macros(rest, tets, x, plastic_strain, ThreadPool(1), elements);
+    add_macro_stiffness(rest, tets, x, plastic_strain, tangent == Tangent::exact, elements, entries);
   } else {
     add_tet_stiffness(rest, tets, x, plastic_strain, tangent, entries);
   }

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "server/sim/fem/fem_state.h"
-#include "server/sim/fem/octahedron_elements.h"
+#include "server/sim/fem/macro_states.h"
 #include "server/sim/fem/rest_body.h"
 #include "server/sim/parallel_for.h"
 
@@ -20,7 +20,7 @@ struct Elements {
   std::vector<Mat3> sigma;   // elastic stress in the tet's unrotated axes [Pa]
   std::vector<Mat34> force;  // elastic force on each of the tet's nodes, in W [N]
   std::vector<Mat34> core;   // Q c_i: RestBody::core in world axes
-  OctahedronElements octahedra;
+  MacroStates macros;
 
   void resize(int tet_count);
   bool is_of(const RestBody& rest) const;  // not before the first update, nor after elements were parted

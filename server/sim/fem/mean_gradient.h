@@ -7,7 +7,7 @@
 
 namespace crumple::sim::fem {
 
-// F = sum x_a g_a^T of element k of a group whose elements average over tets (SmoothedOctahedra, PressurePatches), from differences:
+// F = sum x_a g_a^T of element k of a group whose elements average over tets (MacroElements, PressurePatches), from differences:
 // sum g_a = 0. x: of all nodes.
 template <class Group>
 Mat3 mean_gradient(const Group& group, int k, std::span<const Vec3> x) {

@@ -1,6 +1,7 @@
 #include "server/sim/fem/octahedron_quad.h"
 
 #include "server/sim/fem/quad_law.h"
+#include "server/sim/fem/smoothed_octahedron.h"
 
 namespace crumple::sim::fem {
 namespace {
@@ -16,8 +17,8 @@ void cross(const Quad (&a)[3], const Quad (&b)[3], Quad (&c)[3]) {
 }  // namespace
 
 bool update_octahedron_quad(const RestBody& rest, const std::vector<Vec3>& x, const std::vector<Mat3>& plastic_strain, int d,
-                            OctahedronElements& e) {
-  const SmoothedOctahedra& o = rest.octahedra;
+                            MacroStates& e) {
+  const MacroElements& o = rest.macros;
   const int* nodes = &o.nodes[kClosedCorners * d];
   const double* cores = o.core[kClosedCorners * d].data();
   Quad r[kClosedCorners - 1][3], c[kClosedCorners][3], first[3];  // corners from the first; cores of all

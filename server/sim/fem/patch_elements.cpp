@@ -1,7 +1,7 @@
 #include "server/sim/fem/patch_elements.h"
 
 #include "server/sim/fem/mean_gradient.h"
-#include "server/sim/fem/octahedron_elements.h"
+#include "server/sim/fem/macro_states.h"
 #include "server/sim/fem/rotation.h"
 
 #include <cassert>

@@ -1,10 +1,9 @@
 #include "server/sim/fem/pressure_patch.h"
 
+#include "server/sim/fem/edge_star.h"
 #include "server/sim/fem/rest_body.h"
 #include "server/sim/mesh/disjoint_sets.h"
 #include "server/sim/mesh/tet_faces.h"
-
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -31,34 +30,6 @@ bool may_join(const RestBody& rest, int s, int t) {
 
 bool share_face(const Tet& s, const Tet& t) {
   return std::ranges::count_if(s, [&](int n) { return std::ranges::find(t, n) != t.end(); }) == 3;
-}
-
-// The tets around an edge, as far as they may be in a patch.
-struct Star {
-  std::int64_t shortness = 0;  // of two edges of a lattice the same, whatever was rounded
-  std::array<int, 2> edge;
-  std::vector<int> tets;  // ascending
-};
-
-std::vector<Star> stars_by_length(const std::vector<Tet>& tets, const RestBody& rest) {
-  std::map<std::array<int, 2>, Star> by_edge;
-  for (int t = 0; t < static_cast<int>(tets.size()); ++t) {
-    if (!is_eligible(rest, t)) continue;
-    Mat34 X = Mat34::Zero();
-    X.rightCols<3>() = rest.beta[t].inverse();
-    for (int a = 0; a < 4; ++a)
-      for (int b = a + 1; b < 4; ++b) {
-        const auto [low, high] = std::minmax(tets[t][a], tets[t][b]);
-        Star& star = by_edge[{low, high}];
-        star.edge = {low, high};
-        star.shortness = -std::llround(1e6 * (X.col(a) - X.col(b)).norm() / rest.mean_edge);
-        star.tets.push_back(t);
-      }
-  }
-  std::vector<Star> stars;
-  for (auto& [edge, star] : by_edge) stars.push_back(std::move(star));
-  std::ranges::stable_sort(stars, {}, &Star::shortness);
-  return stars;
 }
 
 // For each tet those that it shares a face with.
@@ -147,7 +118,7 @@ void make_patches(const std::vector<Tet>& tets, RestBody& rest) {
   rest.patches = {};
   std::vector<int> of_tet(tets.size(), kNone);
   int count = 0;
-  for (const Star& star : stars_by_length(tets, rest)) {
+  for (const EdgeStar& star : edge_stars_by_length(tets, rest, [&](int t) { return is_eligible(rest, t); })) {
     const int size = static_cast<int>(star.tets.size());
     if (size < kFewest || size > kMost || !is_patch(tets, rest, star.tets)) continue;
     if (std::ranges::any_of(star.tets, [&](int t) { return of_tet[t] != kNone; })) continue;

@@ -1,6 +1,7 @@
 #include "server/sim/fem/rest_body.h"
 
 #include "common/text.h"
+#include "server/sim/fem/smoothed_octahedron.h"
 #include "server/sim/mesh/keep.h"
 
 #include <cassert>
@@ -162,6 +163,10 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
     make_octahedra(mesh.tets, rest);
     make_patches(mesh.tets, rest);
   }
+  if (element == ElementKind::hexahedra) {
+    if (rest.yields()) return invalid("material.yield", "is finite, must be infinite: hexahedra would see a bend yield too late");
+    if (make_cells(mesh.tets, rest) == 0) return invalid("mesh", "has no six tets around a diagonal that make a hexahedron, must be a Kuhn lattice");
+  }
   return rest;
 }
 
@@ -174,9 +179,12 @@ void keep_tets(RestBody& rest, std::span<const int> kept) {
   keep(rest.beta_clamped, kept);
   keep(rest.rest_gradient, kept);
   keep(rest.patches.of_tet, kept);
-  SmoothedOctahedra& o = rest.octahedra;
+  MacroElements& o = rest.macros;
   if (o.empty()) return;
   keep(o.pairing, kept);
+  keep(o.cells.corner, kept);
+  keep(o.cells.order, kept);
+  keep(o.cells.shape, kept);
   for (std::size_t t = 0; t < kept.size(); ++t)
     for (int k = 0; k < 2; ++k) o.of_tet[2 * t + k] = o.of_tet[2 * kept[t] + k];
   o.of_tet.resize(2 * kept.size());

@@ -4,9 +4,9 @@
 #include "server/sim/fem/corotational.h"
 #include "server/sim/fem/fem_material.h"
 #include "server/sim/fem/linear_tetrahedron.h"
+#include "server/sim/fem/macro_element.h"
 #include "server/sim/fem/material_region.h"
 #include "server/sim/fem/pressure_patch.h"
-#include "server/sim/fem/smoothed_octahedron.h"
 #include "server/sim/mesh/tet_mesh.h"
 
 #include <algorithm>
@@ -49,13 +49,13 @@ struct RestBody {
   std::vector<double> node_mass;  // lumped: rho fill V / 4 from each tet of the node [kg]
   std::vector<double> node_drag;  // the same times damping_mass [kg/s]; empty in a body of one material
   double mean_edge = 0;           // over the tets' edges [m]
-  SmoothedOctahedra octahedra;    // empty: the elements are the tets
+  MacroElements macros;           // empty: the elements are the tets
   PressurePatches patches;        // of octahedra that are nearly incompressible
 
   int tet_count() const { return static_cast<int>(beta.size()); }
   int node_count() const { return static_cast<int>(node_mass.size()); }
-  bool smoothed() const { return !octahedra.empty(); }
-  int point_count() const { return smoothed() ? octahedra.count() : tet_count(); }  // where strain is: one an element
+  bool grouped() const { return !macros.empty(); }
+  int point_count() const { return grouped() ? macros.count() : tet_count(); }  // where strain is: one an element
   bool heterogeneous() const { return !material_id.empty(); }
   int material_count() const { return 1 + static_cast<int>(others.size()); }
   FemMaterial& material_at(int id) { return id == 0 ? material : others[id - 1].material; }
@@ -67,7 +67,7 @@ struct RestBody {
   double patch_lambda(int id) const;  // what patches of that material have of lambda, 0 if it makes none [Pa]
   double lambda_of_patch(int p) const { return patch_lambda(heterogeneous() ? material_id[patches.first_tet(p)] : 0); }
   // Corners of octahedra and patches, those of each after those of the one before.
-  std::size_t corner_count() const { return octahedra.nodes.size() + patches.nodes.size(); }
+  std::size_t corner_count() const { return macros.nodes.size() + patches.nodes.size(); }
   bool clamped(int t) const { return !beta_clamped.empty() && beta_clamped[t] != beta[t]; }
   bool yields() const;     // any of its materials
   bool breakable() const;  // any of its materials

@@ -1,9 +1,8 @@
 #include "server/sim/fem/smoothed_octahedron.h"
 
+#include "server/sim/fem/edge_star.h"
 #include "server/sim/fem/rest_body.h"
 #include "server/sim/mesh/disjoint_sets.h"
-
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -32,22 +31,6 @@ std::array<int, 2> edge_of(const Tet& tet, const std::uint8_t pairing, int which
   const auto& local = kPairings[pairing][which];
   const auto [low, high] = std::minmax(tet[local[0]], tet[local[1]]);
   return {low, high};
-}
-
-// The two nodes of a tet that are not on the edge, in the order that makes (edge[0], edge[1], first, second) positive.
-std::array<int, 2> around(const Tet& tet, const std::array<int, 2>& edge) {
-  std::array<int, 4> at{-1, -1, -1, -1};  // local: ends, then the others as they come
-  int others = 2;
-  for (int a = 0; a < 4; ++a) {
-    if (tet[a] == edge[0]) at[0] = a;
-    else if (tet[a] == edge[1]) at[1] = a;
-    else at[others++] = a;
-  }
-  int inversions = 0;
-  for (int p = 0; p < 4; ++p)
-    for (int q = p + 1; q < 4; ++q) inversions += at[p] > at[q];
-  if (inversions % 2 == 1) std::swap(at[2], at[3]);
-  return {tet[at[2]], tet[at[3]]};
 }
 
 bool may_join(const RestBody& rest, int s, int t) {
@@ -108,14 +91,7 @@ void add_groups(const std::vector<Tet>& tets, const RestBody& rest, std::span<co
   }
 }
 
-// Rest positions of a tet's nodes from its first.
-Mat34 rest_nodes(const RestBody& rest, int t) {
-  Mat34 X = Mat34::Zero();
-  X.rightCols<3>() = rest.beta[t].inverse();
-  return X;
-}
-
-void append(const std::vector<Tet>& tets, const RestBody& rest, const Group& group, SmoothedOctahedra& o) {
+void append(const std::vector<Tet>& tets, const RestBody& rest, const Group& group, MacroElements& o) {
   const int first = static_cast<int>(o.nodes.size()), n = static_cast<int>(group.corners.size());
   double volume = 0;
   for (const int slot : group.slots) volume += 0.5 * rest.fill[slot / 2] * rest.volume[slot / 2];
@@ -157,7 +133,7 @@ void append(const std::vector<Tet>& tets, const RestBody& rest, const Group& gro
 }
 
 void group_tets(const std::vector<Tet>& tets, std::span<const int> before, RestBody& rest) {
-  SmoothedOctahedra& o = rest.octahedra;
+  MacroElements& o = rest.macros;
   std::vector<Slot> slots;
   slots.reserve(2 * tets.size());
   for (int t = 0; t < static_cast<int>(tets.size()); ++t)
@@ -170,7 +146,7 @@ void group_tets(const std::vector<Tet>& tets, std::span<const int> before, RestB
     add_groups(tets, rest, {begin, end}, before, groups);
     begin = end;
   }
-  SmoothedOctahedra made;
+  MacroElements made;
   made.pairing = std::move(o.pairing);
   made.of_tet.resize(slots.size());
   made.tet_start = made.corner_start = {0};
@@ -185,7 +161,7 @@ void group_tets(const std::vector<Tet>& tets, std::span<const int> before, RestB
 }  // namespace
 
 void make_octahedra(const std::vector<Tet>& tets, RestBody& rest) {
-  SmoothedOctahedra& o = rest.octahedra;
+  MacroElements& o = rest.macros;
   o.pairing.clear();
   for (int t = 0; t < static_cast<int>(tets.size()); ++t) {
     const Mat34 X = rest_nodes(rest, t);
@@ -201,21 +177,6 @@ void make_octahedra(const std::vector<Tet>& tets, RestBody& rest) {
   group_tets(tets, {}, rest);
 }
 
-std::vector<int> regroup(const std::vector<Tet>& tets, RestBody& rest) {
-  SmoothedOctahedra& o = rest.octahedra;
-  if (o.empty()) return {};
-  const std::vector<int> of_tet = std::move(o.of_tet);
-  group_tets(tets, of_tet, rest);
-  std::vector<int> before(o.count());
-  for (std::size_t slot = 0; slot < of_tet.size(); ++slot) before[o.of_tet[slot]] = of_tet[slot];
-  return before;
-}
-
-std::vector<Mat3> inherited(const std::vector<Mat3>& plastic_strain, const std::vector<int>& before) {
-  std::vector<Mat3> of_parts;
-  of_parts.reserve(before.size());
-  for (const int d : before) of_parts.push_back(plastic_strain[d]);
-  return of_parts;
-}
+void regroup_octahedra(const std::vector<Tet>& tets, std::span<const int> before, RestBody& rest) { group_tets(tets, before, rest); }
 
 }  // namespace crumple::sim::fem

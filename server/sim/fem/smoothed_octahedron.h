@@ -1,19 +1,11 @@
 #pragma once
 
-#include "common/types.h"
+#include "server/sim/fem/macro_element.h"
 
-#include <cstdint>
+#include <span>
 #include <vector>
 
 namespace crumple::sim::fem {
-
-struct RestBody;
-
-// Which elements a body is made of.
-enum class ElementKind {
-  linear_tetrahedra,   // the paper's
-  smoothed_octahedra,  // strain averaged around long edges: less stiff than the mesh is coarse
-};
 
 // Linear tets lock: a coarse beam of them bends half as far as it should. Here the deformation gradient is averaged over
 // the tets around an edge before the law sees it (edge-smoothed finite elements: Liu & Nguyen-Thoi, Smoothed Finite
@@ -42,37 +34,13 @@ inline constexpr double kSplitDeviation = 0.6;
 // |z|^2, times V mu, where the ends of a closed octahedron slide by s so that tets deviate by 2 s / h = kSplitDeviation.
 inline constexpr double kSplitSlide = kSplitDeviation * kSplitDeviation * 2 * kHourglassShare;
 
-// Constant data, but for regroup(). Empty: the body's elements are its tets.
-struct SmoothedOctahedra {
-  std::vector<std::uint8_t> pairing;  // one a tet, into kPairings
-  std::vector<int> of_tet;            // two a tet: the octahedra of its two edges
-
-  // One an octahedron; the first `closed` are of four tets all around an edge.
-  int closed = 0;
-  std::vector<int> tet_start;         // count + 1, into tets
-  std::vector<int> corner_start;      // count + 1, into corners
-  std::vector<double> volume;         // sum of fill V / 2 [m^3]
-  std::vector<int> tets;
-  // One a corner: the two ends, then those around; of closed octahedra in order, tet k between around k and k + 1.
-  std::vector<int> nodes;
-  std::vector<Vec3> core;             // -sqrt(V) g_a [sqrt(m)], as RestBody::core
-  std::vector<double> gamma;          // [sqrt(N/m)]
-
-  int count() const { return static_cast<int>(volume.size()); }
-  int first_tet(int d) const { return tets[tet_start[d]]; }  // all of one material
-  bool empty() const { return volume.empty(); }
-};
-
 // Pairs of opposite edges of a tet, by local nodes.
 inline constexpr int kPairings[3][2][2] = {{{0, 1}, {2, 3}}, {{0, 2}, {1, 3}}, {{0, 3}, {1, 2}}};
 
 // Chooses the edges of each tet and groups them. rest: geometry and materials of `tets`.
 void make_octahedra(const std::vector<Tet>& tets, RestBody& rest);
 
-// Groups anew after splits or after tets left, which only ever parts octahedra. Returns for each the one that it was part
-// of before, to hand plastic strain on. rest.octahedra.pairing and of_tet must be those of `tets` (keep_tets).
-std::vector<int> regroup(const std::vector<Tet>& tets, RestBody& rest);
-// Plastic strain of the octahedra after that, from what it was of those before.
-std::vector<Mat3> inherited(const std::vector<Mat3>& plastic_strain, const std::vector<int>& before);
+// Groups anew by the slots of each tet (MacroElements::of_tet): as regroup(), of a body of octahedra.
+void regroup_octahedra(const std::vector<Tet>& tets, std::span<const int> before, RestBody& rest);
 
 }  // namespace crumple::sim::fem

@@ -33,9 +33,9 @@ Eigen::SparseMatrix<double> matrix_at_rest(const RestBody& rest, const std::vect
 
 // Of tet t; of octahedra the mean of its two.
 Quat rotation_of(const RestBody& rest, const StepSystem& system, int t) {
-  if (!rest.smoothed()) return Quat(system.elements.Q[t]);
-  const std::vector<Mat3>& Q = system.elements.octahedra.Q;
-  const Quat a(Q[rest.octahedra.of_tet[2 * t]]), b(Q[rest.octahedra.of_tet[2 * t + 1]]);
+  if (!rest.grouped()) return Quat(system.elements.Q[t]);
+  const std::vector<Mat3>& Q = system.elements.macros.Q;
+  const Quat a(Q[rest.macros.of_tet[2 * t]]), b(Q[rest.macros.of_tet[2 * t + 1]]);
   Quat mean;
   mean.coeffs() = a.coeffs() + (a.dot(b) < 0 ? -b.coeffs() : b.coeffs());
   return mean.normalized();

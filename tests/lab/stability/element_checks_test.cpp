@@ -68,7 +68,7 @@ TEST(StabilityElements, OctahedraFindTheirShapeAgain) {
 
 TEST(StabilityElements, ATrialOfOctahedraHasTheirStrainsAndTheirEnergy) {
   SoftTrial cube(unit_cube(2), soft_material(), find_method("octahedra")->fem);
-  ASSERT_TRUE(cube.rest.smoothed());
+  ASSERT_TRUE(cube.rest.grouped());
   EXPECT_EQ(static_cast<int>(cube.state.plastic_strain.size()), cube.rest.point_count());
   EXPECT_LT(cube.elastic(), 1e-20);
   // Of an affine strain all elements have the same.

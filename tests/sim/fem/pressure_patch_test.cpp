@@ -113,12 +113,12 @@ TEST(PressurePatch, SliversInThemAreStressFreeAtRestAndExactForAffineFields) {
   const std::vector<Mat3> none(rest.point_count(), Mat3::Zero());
   Elements elements;
   update_elements(rest, mesh.tets, mesh.X, none, kOne, elements);
-  for (const double p : elements.octahedra.patches.pressure) EXPECT_NEAR(p, 0, 1e-6);
+  for (const double p : elements.macros.patches.pressure) EXPECT_NEAR(p, 0, 1e-6);
   const Mat3 F = Vec3(1.01, 1.02, 0.98).asDiagonal();
   std::vector<Vec3> x;
   for (const Vec3& X : mesh.X) x.push_back(F * X);
   update_elements(rest, mesh.tets, x, none, kOne, elements);
-  for (const double p : elements.octahedra.patches.pressure) EXPECT_NEAR(p, 0.01 * rest.patch_lambda(0), 1e-6 * rest.patch_lambda(0));
+  for (const double p : elements.macros.patches.pressure) EXPECT_NEAR(p, 0.01 * rest.patch_lambda(0), 1e-6 * rest.patch_lambda(0));
 }
 
 // Strain that flowed with a trace, as the additive rule's may, presses no longer: each octahedron's in the tets that it has half of.
@@ -131,7 +131,7 @@ TEST(PressurePatch, PlasticStrainHasItsShareOfTheVolume) {
   for (Mat3& p : plastic) p = random.uniform(-0.02, 0.02) * Mat3::Identity();
   Elements elements;
   update_elements(rest, mesh.tets, mesh.X, plastic, kOne, elements);
-  const SmoothedOctahedra& o = rest.octahedra;
+  const MacroElements& o = rest.macros;
   for (int p = 0; p < rest.patches.count(); ++p) {
     double trace = 0, volume = 0;
     for (int t = 0; t < mesh.tet_count(); ++t) {
@@ -139,7 +139,7 @@ TEST(PressurePatch, PlasticStrainHasItsShareOfTheVolume) {
       volume += rest.fill[t] * rest.volume[t];
       for (int k = 0; k < 2; ++k) trace += 0.5 * rest.fill[t] * rest.volume[t] * plastic[o.of_tet[2 * t + k]].trace();
     }
-    EXPECT_NEAR(elements.octahedra.patches.pressure[p], -rest.patch_lambda(0) * trace / volume, 1e-9 * rest.patch_lambda(0));
+    EXPECT_NEAR(elements.macros.patches.pressure[p], -rest.patch_lambda(0) * trace / volume, 1e-9 * rest.patch_lambda(0));
   }
   // What was stretched and flowed as much is free of stress.
   std::vector<Vec3> x;
@@ -163,7 +163,7 @@ TEST(PressurePatch, RightHandSideIsLinearisedElsewhere) {
     const StepFormula formula{.dt = 0.01, .w = state.v, .x_known = known, .x_linear = linear};
     StepSystem system;
     assemble(rest, mesh.tets, state, formula, Eigen::VectorXd::Zero(3 * mesh.node_count()), {}, kOne, system);
-    EXPECT_EQ(system.elements.octahedra.any_split, crushed);
+    EXPECT_EQ(system.elements.macros.any_split, crushed);
     Elements elements;
     Eigen::VectorXd f(3 * mesh.node_count()), d(f.size());
     elastic_forces(rest, mesh.tets, linear, state.plastic_strain, kOne, elements, f);

@@ -67,7 +67,7 @@ std::vector<Case> cases() {
 TEST(SmoothedOctahedron, TetsAroundLongEdgesOfABccLatticeAreHalfAsManyOctahedra) {
   const TetMesh mesh = test::bcc_box({6, 6, 6}, {1, 1, 1});
   const RestBody rest = test::rest_body(mesh, {}, 0, {}, kSmoothed);
-  const SmoothedOctahedra& o = rest.octahedra;
+  const MacroElements& o = rest.macros;
   // Around each edge between two centres, and around each edge of a cell that is inside: 5 * 6^2 and 6 * 5^2 an axis.
   // Those next to a face have the two halves of a pyramid beside them, which go by their own edges.
   EXPECT_GE(o.closed, 3 * 5 * 36 + 3 * 4 * 9);
@@ -102,7 +102,7 @@ TEST(SmoothedOctahedron, AnAffineFieldIsExact) {
     const Mat3 Q = rotation(F, RotationRule::svd);
     const Lame lame = lame_constants(material.young, poisson);
     const Mat3 sigma = isotropic_stress(lame, corotational_strain(Q, F)), own = isotropic_stress(rest.lame, corotational_strain(Q, F));
-    for (const Mat3& s : elements.octahedra.sigma) EXPECT_LT((s - own).norm(), 1e-9 * own.norm());
+    for (const Mat3& s : elements.macros.sigma) EXPECT_LT((s - own).norm(), 1e-9 * own.norm());
     for (int n = 0; n < mesh.node_count(); ++n) {
       if (!surface.contains(n)) {
         EXPECT_LT(f.segment<3>(3 * n).norm(), 1e-9 * f.norm());
@@ -178,7 +178,7 @@ TEST(SmoothedOctahedron, AssembledSystemIsEquationFive) {
         if (crushed) s.state.x[mesh.tets[20][0]] += 0.5 * (s.state.x[mesh.tets[20][1]] - s.state.x[mesh.tets[20][0]]) * 3;
         Elements elements;
         update_elements(s.rest, s.mesh.tets, s.state.x, s.state.plastic_strain, kOne, elements);
-        EXPECT_EQ(elements.octahedra.any_split, crushed);
+        EXPECT_EQ(elements.macros.any_split, crushed);
         constexpr double dt = 1.0 / 60;
         StepSystem system;
         const Eigen::VectorXd none = Eigen::VectorXd::Zero(3 * mesh.node_count());
@@ -222,7 +222,7 @@ TEST(SmoothedOctahedron, OfTwoMaterialsTheMatrixIsTheSumOfEach) {
     A.diagonal().segment<3>(3 * i).array() += s.rest.node_mass[i] + 0.01 * s.rest.node_drag[i];
   EXPECT_LT((system.to_sparse().toDense() - A).norm(), 1e-12 * A.norm());
   // Neither octahedra nor patches reach from one material into the other.
-  const SmoothedOctahedra& o = s.rest.octahedra;
+  const MacroElements& o = s.rest.macros;
   for (int d = 0; d < o.count(); ++d)
     for (int k = o.tet_start[d]; k < o.tet_start[d + 1]; ++k)
       EXPECT_EQ(s.rest.material_id[o.tets[k]], s.rest.material_id[o.first_tet(d)]);
@@ -238,7 +238,7 @@ TEST(SmoothedOctahedron, TheTwoLatticesDoNotSlideThroughEachOther) {
   const std::vector<Mat3> none(mesh.tets.size(), Mat3::Zero());
   const RestBody tets = test::rest_body(mesh, {}), smoothed = test::rest_body(mesh, {}, 0, {}, kSmoothed);
   RestBody bare = smoothed;
-  std::ranges::fill(bare.octahedra.gamma, 0.0);
+  std::ranges::fill(bare.macros.gamma, 0.0);
   // What is far from the surface slides.
   std::vector<Vec3> x = mesh.X;
   for (Vec3& p : x) {
@@ -286,8 +286,8 @@ TEST(SmoothedOctahedron, ACantileverBendsAsItShouldOnACoarseMesh) {
 TEST(SmoothedOctahedron, ACrackPartsThemAndPlasticStrainGoesOn) {
   TetMesh mesh = test::bcc_box({4, 4, 4}, {1, 1, 1});
   RestBody rest = test::rest_body(mesh, {}, 0, {}, kSmoothed);
-  const double volume = std::accumulate(rest.octahedra.volume.begin(), rest.octahedra.volume.end(), 0.0);
-  const SmoothedOctahedra before = rest.octahedra;
+  const double volume = std::accumulate(rest.macros.volume.begin(), rest.macros.volume.end(), 0.0);
+  const MacroElements before = rest.macros;
   // The plane x = 1/2 parts the mesh between the tets on either side of it, by centroid.
   std::vector<Tet> tets = mesh.tets;
   std::map<int, int> copy;
@@ -298,7 +298,7 @@ TEST(SmoothedOctahedron, ACrackPartsThemAndPlasticStrainGoesOn) {
     for (int& n : tet) n = copy.emplace(n, mesh.node_count() + static_cast<int>(copy.size())).first->second;
   }
   const std::vector<int> parents = follow_topology(rest, tets, mesh.node_count() + static_cast<int>(copy.size()));
-  const SmoothedOctahedra& after = rest.octahedra;
+  const MacroElements& after = rest.macros;
   ASSERT_EQ(static_cast<int>(parents.size()), after.count());
   EXPECT_GT(after.count(), before.count());
   EXPECT_NEAR(std::accumulate(after.volume.begin(), after.volume.end(), 0.0), volume, 1e-12);

@@ -178,8 +178,8 @@ TEST(SmoothedOctahedra, DrawnStressIsTheMeanOfTheTwoOctahedraOfATet) {
     Mat3 stress = Mat3::Zero();
     for (int k = 0; k < 2; ++k) {
       const int d = rest->octahedra.of_tet[2 * t + k];
-      const Mat3& Q = elements.octahedra.Q[d];
-      stress += 0.5 * Q * elements.octahedra.sigma[d] * Q.transpose();
+      const Mat3& Q = elements.macros.Q[d];
+      stress += 0.5 * Q * elements.macros.sigma[d] * Q.transpose();
     }
     EXPECT_NEAR(view.von_mises[t], fem::von_mises(stress), 1e-9 * fem::von_mises(stress)) << t;
     largest = std::max(largest, view.von_mises[t]);

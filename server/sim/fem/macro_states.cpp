@@ -1,10 +1,12 @@
-#include "server/sim/fem/octahedron_elements.h"
+#include "server/sim/fem/macro_states.h"
 
+#include "server/sim/cross_matrix.h"
 #include "server/sim/fem/elements.h"
 #include "server/sim/fem/mean_gradient.h"
 #include "server/sim/fem/octahedron_quad.h"
 #include "server/sim/fem/plasticity.h"
 #include "server/sim/fem/rotation.h"
+#include "server/sim/fem/smoothed_octahedron.h"
 
 #include <Eigen/LU>
 
@@ -18,7 +20,7 @@ namespace {
 
 constexpr int kPerChunk = 128;
 
-Vec3 hourglass(const SmoothedOctahedra& o, int d, const std::vector<Vec3>& x) {
+Vec3 hourglass(const MacroElements& o, int d, const std::vector<Vec3>& x) {
   const int begin = o.corner_start[d], end = o.corner_start[d + 1];
   const Vec3& from = x[o.nodes[begin]];
   Vec3 z = Vec3::Zero();
@@ -26,9 +28,32 @@ Vec3 hourglass(const SmoothedOctahedra& o, int d, const std::vector<Vec3>& x) {
   return z;
 }
 
-// An octahedron of one tet is that tet, near inversion or not. Of closed ones z says enough of how tets deviate.
+// What a hexahedron's hourglass forces are: on the corners, in its own axes, and what balances their moment. Those of Q H Y alone have one,
+// m = sum Y_a x (H Y)_a, wherever H is not the same in all directions; -dE/dx has none, since Q turns with F:
+//   dQ = Q [w], (tr(S) I - S) w = axial(Q^T dF), so that the energy's derivative has the stress -[(tr(S) I - S)^-1 m] / V besides.
+struct HexahedronForces {
+  std::array<Vec3, 8> corner;
+  Mat3 stress;
+};
+
+HexahedronForces hexahedron_forces(const MacroElements& m, int d, const Mat38& Y, const Mat3& S) {
+  HexahedronForces forces{m.shape(d).forces(Y), Mat3::Zero()};
+  Vec3 moment = Vec3::Zero();
+  for (int a = 0; a < 8; ++a) moment += Vec3(Y.col(a)).cross(forces.corner[a]);
+  forces.stress = moment_balance(S, Vec3(-moment / m.volume[d]));
+  return forces;
+}
+
+Mat38 local_corners(const MacroElements& m, int d, const std::vector<Vec3>& x, const Mat3& Q) {
+  const int* nodes = &m.nodes[8 * d];
+  Mat38 Y = Mat38::Zero();
+  for (int a = 1; a < 8; ++a) Y.col(a) = Q.transpose() * (x[nodes[a]] - x[nodes[0]]);
+  return Y;
+}
+
+// An element of one tet is that tet, near inversion or not. Of closed octahedra z says enough of how tets deviate.
 bool must_split(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, const Mat3& F, const Vec3& z, int d) {
-  const SmoothedOctahedra& o = rest.octahedra;
+  const MacroElements& o = rest.macros;
   const bool closed = d < o.closed;
   if (closed && !(z.squaredNorm() <= kSplitSlide * o.volume[d] * rest.lame_of(o.first_tet(d)).mu)) return true;
   if (o.tet_start[d + 1] - o.tet_start[d] == 1) return rest.clamped(o.first_tet(d));
@@ -40,15 +65,22 @@ bool must_split(const RestBody& rest, const std::vector<Tet>& tets, const std::v
   return false;
 }
 
-void update_octahedron(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                       const Mat3& plastic_strain, int d, OctahedronElements& e) {
-  const SmoothedOctahedra& o = rest.octahedra;
+void update_element(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                       const Mat3& plastic_strain, int d, MacroStates& e) {
+  const MacroElements& o = rest.macros;
   const int t = o.first_tet(d), begin = o.corner_start[d], end = o.corner_start[d + 1];
   const FemMaterial& material = rest.material_of(t);
   const Mat3 F = mean_gradient(o, d, x), Q = rotation(F, material.rotation);
   const Mat3 sigma = isotropic_stress(rest.lame_of(t), corotational_strain(Q, F) - plastic_strain);
   Mat3 stress = sigma;
   if (balances_moment(material, plastic_strain)) stress += moment_balance(symmetric_part(Q.transpose() * F), sigma);
+  const bool hexahedron = d < o.hexahedra;
+  HexahedronForces bent;
+  if (hexahedron) {
+    e.Y[d] = local_corners(o, d, x, Q);
+    bent = hexahedron_forces(o, d, e.Y[d], symmetric_part(Q.transpose() * F));
+    stress += bent.stress;
+  }
   const Vec3 z = hourglass(o, d, x);
   const bool split = must_split(rest, tets, x, F, z, d);
   const Mat3 turn = split ? Mat3::Zero() : Q, P = std::sqrt(o.volume[d]) * (turn * stress);
@@ -61,15 +93,16 @@ void update_octahedron(const RestBody& rest, const std::vector<Tet>& tets, const
   for (int c = begin + 1; c < end; ++c) {
     e.core[c] = turn * o.core[c];
     e.force[c] = P * o.core[c] - o.gamma[c] * z;
+    if (hexahedron) e.force[c] -= turn * bent.corner[c - begin];
     e.core[begin] -= e.core[c];
     e.force[begin] -= e.force[c];
   }
 }
 
-// The tets of octahedra that are split, by what they give to those.
+// The tets of elements that are split, by what they give to those.
 void update_split_tets(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                       const std::vector<Mat3>& plastic_strain, OctahedronElements& e) {
-  const SmoothedOctahedra& o = rest.octahedra;
+                       const std::vector<Mat3>& plastic_strain, MacroStates& e) {
+  const MacroElements& o = rest.macros;
   e.any_split = std::ranges::any_of(e.split, [](char split) { return split != 0; });
   const std::size_t corners = rest.corner_count();
   if (!e.any_split) {
@@ -99,24 +132,25 @@ void update_split_tets(const RestBody& rest, const std::vector<Tet>& tets, const
   }
 }
 
-// Co-rotated strain of octahedron d, plastic part included. Cores of a clamped tet, which stays alone, are of its clamped basis.
+// Co-rotated strain of element d, plastic part included. Cores of a clamped tet, which stays alone, are of its clamped basis.
 Mat3 strain_of(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x, int d) {
-  const int t = rest.octahedra.first_tet(d);
+  const int t = rest.macros.first_tet(d);
   const RotationRule rule = rest.material_of(t).rotation;
   if (rest.clamped(t)) {
     const Mat34 x_t = gather(x, tets[t]);
     return element_strain(rest, t, x_t, rotation(deformation_gradient(x_t, rest.beta[t]), rule));
   }
-  const Mat3 F = mean_gradient(rest.octahedra, d, x);
+  const Mat3 F = mean_gradient(rest.macros, d, x);
   return corotational_strain(rotation(F, rule), F);
 }
 
-void resize(const RestBody& rest, OctahedronElements& e) {
-  const SmoothedOctahedra& o = rest.octahedra;
+void resize(const RestBody& rest, MacroStates& e) {
+  const MacroElements& o = rest.macros;
   e.Q.resize(o.count());
   e.sigma.resize(o.count());
   e.z.resize(o.count());
   e.split.resize(o.count());
+  e.Y.resize(o.hexahedra);
   if (e.core.size() < rest.corner_count()) {
     e.core.resize(rest.corner_count());
     e.force.resize(rest.corner_count());
@@ -125,9 +159,9 @@ void resize(const RestBody& rest, OctahedronElements& e) {
 
 }  // namespace
 
-void update_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, OctahedronElements& e) {
-  const SmoothedOctahedra& o = rest.octahedra;
+void update_macros(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, MacroStates& e) {
+  const MacroElements& o = rest.macros;
   assert(static_cast<int>(plastic_strain.size()) == o.count());
   resize(rest, e);
   const auto body = [&](int begin, int end) {
@@ -136,7 +170,7 @@ void update_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const 
         d += 4;
         continue;
       }
-      for (const int stop = std::min(d + 4, end); d < stop; ++d) update_octahedron(rest, tets, x, plastic_strain[d], d, e);
+      for (const int stop = std::min(d + 4, end); d < stop; ++d) update_element(rest, tets, x, plastic_strain[d], d, e);
     }
   };
   pool.for_chunks(o.count(), kPerChunk, std::cref(body));
@@ -146,10 +180,10 @@ void update_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const 
   update_split_tets(rest, tets, x, plastic_strain, e);
 }
 
-void flow_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+void flow_macros(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                     std::span<const double> creep, const ThreadPool& pool, std::vector<Mat3>& plastic_strain,
-                    OctahedronElements& e) {
-  const SmoothedOctahedra& o = rest.octahedra;
+                    MacroStates& e) {
+  const MacroElements& o = rest.macros;
   const auto body = [&](int begin, int end) {
     for (int d = begin; d < end; ++d) {
       const int t = o.first_tet(d);
@@ -159,37 +193,80 @@ void flow_octahedra(const RestBody& rest, const std::vector<Tet>& tets, const st
     }
   };
   pool.for_chunks(o.count(), kPerChunk, std::cref(body));
-  update_octahedra(rest, tets, x, plastic_strain, pool, e);
+  update_macros(rest, tets, x, plastic_strain, pool, e);
 }
 
-Mat3 tet_stress(const RestBody& rest, const OctahedronElements& e, int t) {
+Mat3 tet_stress(const RestBody& rest, const MacroStates& e, int t) {
   Mat3 sum = Mat3::Zero();
   for (int k = 0; k < 2; ++k) {
-    const int d = rest.octahedra.of_tet[2 * t + k];
+    const int d = rest.macros.of_tet[2 * t + k];
     const Mat3& Q = e.split[d] ? e.tet_Q[t] : e.Q[d];
-    sum += 0.5 * Q * (e.split[d] ? e.tet_sigma[t] : e.sigma[d]) * Q.transpose();
+    Mat3 sigma = e.split[d] ? e.tet_sigma[t] : e.sigma[d];
+    if (d < rest.macros.hexahedra && !e.split[d])
+      sigma += isotropic_stress(rest.lame_of(t), rest.macros.shape(d).strain_deviation(rest.macros.cells.order[t], e.Y[d]));
+    sum += 0.5 * Q * sigma * Q.transpose();
   }
   return sum + patch_pressure(rest, e.patches, t) * Mat3::Identity();
 }
 
-Mat34 tet_normals(const RestBody& rest, const OctahedronElements& e, int t) {
+Mat34 tet_normals(const RestBody& rest, const MacroStates& e, int t) {
   Mat3 mean = Mat3::Zero();
   for (int k = 0; k < 2; ++k) {
-    const int d = rest.octahedra.of_tet[2 * t + k];
+    const int d = rest.macros.of_tet[2 * t + k];
     mean += 0.5 * (e.split[d] ? e.tet_Q[t] : e.Q[d]);
   }
   return 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * mean * rest.core[t];
 }
 
 Mat3 tet_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_strain, int t) {
-  return 0.5 * (plastic_strain[rest.octahedra.of_tet[2 * t]] + plastic_strain[rest.octahedra.of_tet[2 * t + 1]]);
+  return 0.5 * (plastic_strain[rest.macros.of_tet[2 * t]] + plastic_strain[rest.macros.of_tet[2 * t + 1]]);
 }
 
-double octahedron_energy(const RestBody& rest, const OctahedronElements& e) {
-  const SmoothedOctahedra& o = rest.octahedra;
+void add_hexahedron_block(const MacroElements& m, const MacroStates& e, int a, int b, double factor, Quad (&block)[3]) {
+  const int d = a / 8;
+  if (e.split[d]) return;
+  const double* Q = e.Q[d].data();
+  const double* H = m.shape(d).H[8 * (a % 8) + b % 8].data();
+  const Quad q[3] = {load_three(Q), load_three(Q + 3), load_three(Q + 6)};
+  Quad turned[3];
+  for (int k = 0; k < 3; ++k)
+    turned[k] = multiply_add(q[2], quad(H[3 * k + 2]), multiply_add(q[1], quad(H[3 * k + 1]), q[0] * quad(H[3 * k])));
+  for (int j = 0; j < 3; ++j)
+    for (int k = 0; k < 3; ++k) block[j] = multiply_add(turned[k], quad(factor * Q[3 * k + j]), block[j]);
+}
+
+namespace {
+
+double hexahedron_energy(const MacroElements& m, int d, const Mat38& Y) {
+  const std::array<Vec3, 8> f = m.shape(d).forces(Y);
+  double twice = 0;
+  for (int a = 0; a < 8; ++a) twice += f[a].dot(Y.col(a));
+  return 0.5 * twice;
+}
+
+// J^T H J of a hexahedron, J = dY/dx with dQ/dF: dY_a = Q^T dx_a - w x Y_a, w of all corners' dx as in HexahedronForces.
+using Mat24 = Eigen::Matrix<double, 24, 24>;
+Mat24 exact_hexahedron_stiffness(const MacroElements& m, int d, const Mat38& Y, const Mat3& Q, const Mat3& F) {
+  const Mat3 S = symmetric_part(Q.transpose() * F), G = (S.trace() * Mat3::Identity() - S).inverse();
+  const double to_gradient = -1 / std::sqrt(m.volume[d]);
+  Mat24 J, H;
+  for (int a = 0; a < 8; ++a)
+    for (int b = 0; b < 8; ++b) {
+      const Vec3 g = to_gradient * m.core[8 * d + b];
+      J.block<3, 3>(3 * a, 3 * b) = ((a == b) * Mat3::Identity() + cross_matrix(Y.col(a)) * G * cross_matrix(g)) * Q.transpose();
+      H.block<3, 3>(3 * a, 3 * b) = m.shape(d).H[8 * a + b];
+    }
+  return J.transpose() * H * J;
+}
+
+}  // namespace
+
+double macro_energy(const RestBody& rest, const MacroStates& e) {
+  const MacroElements& o = rest.macros;
   double energy = patch_energy(rest, e.patches);
   for (int d = 0; d < o.count(); ++d) {
     energy += 0.5 * e.z[d].squaredNorm();
+    if (d < o.hexahedra && !e.split[d]) energy += hexahedron_energy(o, d, e.Y[d]);
     if (!e.split[d]) energy += o.volume[d] * energy_density_of_stress(rest.lame_of(o.first_tet(d)), e.sigma[d]);
   }
   for (int t = 0; e.any_split && t < rest.tet_count(); ++t) {
@@ -198,19 +275,19 @@ double octahedron_energy(const RestBody& rest, const OctahedronElements& e) {
   return energy;
 }
 
-void add_octahedron_forces(const RestBody& rest, const std::vector<Tet>& tets, const OctahedronElements& e,
+void add_macro_forces(const RestBody& rest, const std::vector<Tet>& tets, const MacroStates& e,
                            Eigen::Ref<Eigen::VectorXd> f) {
   const Vec3* force = e.force.data();
-  for (const std::vector<int>* nodes : {&rest.octahedra.nodes, &rest.patches.nodes})
+  for (const std::vector<int>* nodes : {&rest.macros.nodes, &rest.patches.nodes})
     for (const int n : *nodes) f.segment<3>(3 * n) += *force++;
   for (std::size_t t = 0; e.any_split && t < tets.size(); ++t)
     for (const int n : tets[t]) f.segment<3>(3 * n) += *force++;
 }
 
-void add_octahedron_stiffness(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                              const std::vector<Mat3>& plastic_strain, bool exact, const OctahedronElements& e,
+void add_macro_stiffness(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
+                              const std::vector<Mat3>& plastic_strain, bool exact, const MacroStates& e,
                               std::vector<Eigen::Triplet<double>>& entries) {
-  const SmoothedOctahedra& o = rest.octahedra;
+  const MacroElements& o = rest.macros;
   const auto add = [&](int i, int j, const Mat3& block) {
     for (int p = 0; p < 3; ++p)
       for (int q = 0; q < 3; ++q) entries.emplace_back(3 * i + p, 3 * j + q, block(p, q));
@@ -219,6 +296,9 @@ void add_octahedron_stiffness(const RestBody& rest, const std::vector<Tet>& tets
     const Lame& lame = rest.lame_of(o.first_tet(d));
     Mat9 A;
     if (exact) A = first_piola_derivative(lame, e.Q[d], mean_gradient(o, d, x), plastic_strain[d]);
+    const bool bends = d < o.hexahedra && !e.split[d];
+    Mat24 bent;
+    if (bends && exact) bent = exact_hexahedron_stiffness(o, d, e.Y[d], e.Q[d], mean_gradient(o, d, x));
     for (int a = o.corner_start[d]; a < o.corner_start[d + 1]; ++a) {
       for (int b = o.corner_start[d]; b < o.corner_start[d + 1]; ++b) {
         Mat3 block = o.gamma[a] * o.gamma[b] * Mat3::Identity();
@@ -228,6 +308,10 @@ void add_octahedron_stiffness(const RestBody& rest, const std::vector<Tet>& tets
         } else if (!e.split[d]) {
           const Vec3 c = e.core[a], g = e.core[b];
           block += lame.lambda * c * g.transpose() + lame.mu * c.dot(g) * Mat3::Identity() + lame.mu * g * c.transpose();
+        }
+        if (bends) {
+          const int i = a - o.corner_start[d], j = b - o.corner_start[d];
+          block += exact ? Mat3(bent.block<3, 3>(3 * i, 3 * j)) : Mat3(e.Q[d] * o.shape(d).H[8 * i + j] * e.Q[d].transpose());
         }
         add(o.nodes[a], o.nodes[b], block);
       }
