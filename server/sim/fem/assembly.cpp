@@ -78,6 +78,7 @@ void rebuild(const RestBody& rest, const std::vector<Tet>& tets, int node_count,
   s.spectral_bound = 4;
   for (int p = 0; p < rest.patches.count(); ++p)
     s.spectral_bound = std::max<double>(s.spectral_bound, rest.patches.corner_start[p + 1] - rest.patches.corner_start[p]);
+  for (const HexahedronShape& shape : rest.macros.cells.shapes) s.spectral_bound = std::max(s.spectral_bound, shape.spectral_bound);
   connect(rest, tets, node_count, s);
   find_pieces(node_count, s);
   std::visit(

@@ -80,7 +80,7 @@ class StepSystem {
   Scale scale;
   std::vector<Tet> tets;    // of which connectivity and pattern were made
   // No eigenvalue of A is above so many times its block diagonal's. Of elements of k nodes k is proved: 4 of tets, and what the
-  // largest pressure patch has. Of smoothed octahedra by themselves up to 3.9 was measured.
+  // largest pressure patch has; of hexahedra what one by itself has, which is found when it is made. Of smoothed octahedra by themselves up to 3.9 was measured.
   double spectral_bound = 4;
   bool with_split = false;  // connectivity has the corners of tets after those of octahedra and patches
 };

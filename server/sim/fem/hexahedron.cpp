@@ -1,6 +1,7 @@
 #include "server/sim/fem/hexahedron.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <cmath>
@@ -64,6 +65,17 @@ Point point_at(const Mat38& X, const Vec3& xi, const Mat3& J0) {
   return p;
 }
 
+// The largest x . K x / x . D x, D the block diagonal of K.
+double spectral_bound(const Mat24& K) {
+  Mat24 scaled = K;
+  for (int a = 0; a < 8; ++a) {
+    const Mat3 L = K.block<3, 3>(3 * a, 3 * a).llt().matrixL();
+    scaled.middleRows<3>(3 * a) = L.triangularView<Eigen::Lower>().solve(scaled.middleRows<3>(3 * a).eval());
+    scaled.middleCols<3>(3 * a) = L.triangularView<Eigen::Lower>().solve(scaled.middleCols<3>(3 * a).transpose().eval()).transpose();
+  }
+  return Eigen::SelfAdjointEigenSolver<Mat24>(scaled, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+}
+
 // y -> y less its affine part, by the mean gradient.
 Mat24 without_affine(const Mat38& X, const Mat38& g) {
   const Vec3 middle = X.rowwise().mean();
@@ -107,17 +119,21 @@ std::optional<HexahedronShape> hexahedron_shape(const Mat38& X, const Mat38& g, 
     if (!((X * trilinear_gradients(reference_corner(a)).transpose()).determinant() >= least)) return {};
 
   const Mat6 C = elasticity(lame);
+  double volume = 0;
   Mat24 K = Mat24::Zero();
   Eigen::Matrix<double, 9, 9> of_modes = Eigen::Matrix<double, 9, 9>::Zero();
   Mat9x24 coupling = Mat9x24::Zero();
   for (int k = 0; k < 8; ++k) {
     const Point p = point_at(X, gauss_point(k), J0);
+    volume += p.jacobian;
     K += p.jacobian * p.B.transpose() * C * p.B;
     of_modes += p.jacobian * p.incompatible.transpose() * C * p.incompatible;
     coupling += p.jacobian * p.incompatible.transpose() * C * p.B;
   }
   const Mat9x24 modes = -of_modes.llt().solve(coupling);  // of the displacement of the nodes
   K += coupling.transpose() * modes;
+  Mat6x24 mean;
+  for (int a = 0; a < 8; ++a) mean.middleCols<3>(3 * a) = strain_of(g.col(a));
   const Mat24 P = without_affine(X, g);
   const Mat24 H = share * (P.transpose() * K * P);
 
@@ -125,6 +141,7 @@ std::optional<HexahedronShape> hexahedron_shape(const Mat38& X, const Mat38& g, 
   for (int a = 0; a < 8; ++a)
     for (int b = 0; b < 8; ++b)
       shape.H[8 * a + b] = 0.5 * (H.block<3, 3>(3 * a, 3 * b) + H.block<3, 3>(3 * b, 3 * a).transpose());
+  shape.spectral_bound = spectral_bound(share * volume * mean.transpose() * C * mean + H);
   for (int t = 0; t < 6; ++t) {
     Vec3 xi = Vec3::Zero();
     for (const int a : tets[t]) xi += reference_corner(a) / 4;

@@ -27,6 +27,7 @@ struct HexahedronShape {
   // Of each of its six tets: what Y adds to the mean strain at the tet's centroid; xx, yy, zz, xy, yz, zx, the latter twice
   // the tensor's [1/m].
   std::array<Eigen::Matrix<double, 6, 24>, 6> deviation;
+  double spectral_bound = 0;  // no eigenvalue of its whole stiffness is above so many times its block diagonal's
 
   std::array<Vec3, 8> forces(const Mat38& Y) const;             // sum_b H_ab Y_b [N]
   Mat3 strain_deviation(int tet, const Mat38& Y) const;         // [-]
