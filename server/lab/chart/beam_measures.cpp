@@ -112,7 +112,7 @@ using Make = std::function<Result<Scene>(const Setup&)>;
 Result<std::vector<double>> direct(Workshop& workshop, const std::string& name, const Make& make, const Setup& setup, bool tip) {
   const std::string key = text(name, tip ? " tip" : " nodes", " direct, lattice ", static_cast<int>(setup.lattice), ", cells ",
                                setup.cells, ", steps a second ", std::lround(1 / setup.dt), ", rule ", static_cast<int>(setup.rotation), ", integrator ",
-                               static_cast<int>(setup.integrator), setup.element == sim::fem::ElementKind::linear_tetrahedra ? "" : ", octahedra");
+                               static_cast<int>(setup.integrator), setup.element == sim::fem::ElementKind::linear_tetrahedra ? "" : text(", element ", static_cast<int>(setup.element)));
   if (const auto at = workshop.arrays.find(key); at != workshop.arrays.end()) return at->second;
   auto scene = make(setup);
   if (!scene) return std::unexpected(scene.error());

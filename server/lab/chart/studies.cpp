@@ -11,6 +11,7 @@ using sim::fem::RotationRule;
 using sim::linear_solver::SolverKind;
 
 constexpr auto kOctahedra = sim::fem::ElementKind::smoothed_octahedra;
+constexpr auto kHexahedra = sim::fem::ElementKind::hexahedra;
 constexpr const char* kBeamB = "Beam B: 1 x 0.16 x 0.16 m, E = 1 MPa, nu = 0.3, 1000 kg/m3, held at one end, dropped under gravity for one second";
 constexpr const char* kTwoLevels = "two levels are stored";
 const PanelAxis kIterations{"iterations", "CG iterations a step"};
@@ -71,6 +72,7 @@ Study lattices(const Workshop& w) {
   for (const auto& [name, lattice] : {std::pair{"smoothed octahedra, Kuhn", Lattice::kuhn}, {"smoothed octahedra, BCC", Lattice::bcc}}) {
     s.curves.push_back({name, knobs::cells({1, 2, 3, 4, 6, 8}, 8), {.lattice = lattice, .element = kOctahedra}, 2});
   }
+  s.curves.push_back({"hexahedra, Kuhn", knobs::cells({1, 2, 3, 4, 6, 8}, 8), {.element = kHexahedra}, 2});
   return s;
 }
 
@@ -264,7 +266,8 @@ Study beam_b() {
   s.curves = {{"linear tets, Kuhn", knobs::cells({2, 3, 4, 6, 8}, 6), {}, 2},
               {"linear tets, BCC", knobs::cells({1, 2, 3, 4, 6}, 4), {.lattice = Lattice::bcc}, 2},
               {"smoothed octahedra, Kuhn", knobs::cells({1, 2, 3, 4, 6}, 4), {.element = kOctahedra}, 2},
-              {"smoothed octahedra, BCC", knobs::cells({1, 2, 3, 4, 5}, 4), {.lattice = Lattice::bcc, .element = kOctahedra}, 2}};
+              {"smoothed octahedra, BCC", knobs::cells({1, 2, 3, 4, 5}, 4), {.lattice = Lattice::bcc, .element = kOctahedra}, 2},
+              {"hexahedra, Kuhn", knobs::cells({1, 2, 3, 4, 6}, 4), {.element = kHexahedra}, 2}};
   // ANCHORS: 2,400 tets, ms a step of 1/60 s and tip at rest.
   const auto peer = [](const char* name, double ms, double tip) { return PeerPoint{name, (0.4793 - tip) / 0.4793, 60 * ms / 1000}; };
   s.peers = {peer("Bullet btDeformable", 11.8, 0.406), peer("Vega corotational", 9.4, 0.405), peer("MuJoCo flex", 7.9, 0.365)};

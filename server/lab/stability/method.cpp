@@ -24,11 +24,12 @@ FemMethod by_bdf2(void (*choose)(FemMaterial&), bool iterates) {
   return method;
 }
 
-FemMethod of_octahedra() {
+FemMethod of_elements(sim::fem::ElementKind element) {
   FemMethod method = fem(default_rotation, nullptr, backward_euler);
-  method.element = sim::fem::ElementKind::smoothed_octahedra;
+  method.element = element;
   return method;
 }
+FemMethod of_octahedra() { return of_elements(sim::fem::ElementKind::smoothed_octahedra); }
 
 std::vector<Method> make_methods() {
   const auto tight = [](FemMaterial& m) {
@@ -72,6 +73,11 @@ std::vector<Method> make_methods() {
                  .family = Family::fem,
                  .mapped = true,
                  .fem = of_octahedra()});
+  all.push_back({.key = "hexahedra",
+                 .name = "hexahedra, SVD, backward Euler, block-Jacobi",
+                 .family = Family::fem,
+                 .mapped = true,
+                 .fem = of_elements(sim::fem::ElementKind::hexahedra)});
   all.push_back({.key = "polar-qr",
                  .name = "polar, QR below 6 % of the volume",
                  .family = Family::fem,
@@ -118,6 +124,10 @@ std::vector<Method> make_methods() {
                  .family = Family::contact,
                  .mapped = true,
                  .contact = {.element = sim::fem::ElementKind::smoothed_octahedra}});
+  all.push_back({.key = "recovery-hexahedra",
+                 .name = "implicit rows with depth recovery, hexahedra",
+                 .family = Family::contact,
+                 .contact = {.element = sim::fem::ElementKind::hexahedra}});
   all.push_back({.key = "raw-1e6",
                  .name = "raw damping, phi = 1e6",
                  .family = Family::contact,
@@ -168,6 +178,10 @@ std::vector<Method> make_methods() {
                  .name = "toughness in Pa, smoothed octahedra",
                  .family = Family::fracture,
                  .fem = of_octahedra()});
+  all.push_back({.key = "toughness-hexahedra",
+                 .name = "toughness in Pa, hexahedra",
+                 .family = Family::fracture,
+                 .fem = of_elements(sim::fem::ElementKind::hexahedra)});
   all.push_back({.key = "raw-toughness",
                  .name = "toughness in newtons",
                  .family = Family::fracture,

@@ -1,5 +1,7 @@
 #include "server/sim/fem/hexahedron.h"
 
+#include "server/sim/quad.h"
+
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -91,8 +93,14 @@ Mat24 without_affine(const Mat38& X, const Mat38& g) {
 std::array<Vec3, 8> HexahedronShape::forces(const Mat38& Y) const {
   std::array<Vec3, 8> f;
   for (int a = 0; a < 8; ++a) {
-    f[a].setZero();
-    for (int b = 0; b < 8; ++b) f[a] += H[8 * a + b] * Y.col(b);
+    Quad sum[3]{};
+    for (int b = 0; b < 8; ++b) {
+      const double* H_ab = H[8 * a + b].data();
+      sum[0] = multiply_add(load_four(H_ab), quad(Y(0, b)), sum[0]);
+      sum[1] = multiply_add(load_four(H_ab + 3), quad(Y(1, b)), sum[1]);
+      sum[2] = multiply_add(load_three(H_ab + 6), quad(Y(2, b)), sum[2]);
+    }
+    store_three(sum[0] + sum[1] + sum[2], f[a].data());
   }
   return f;
 }

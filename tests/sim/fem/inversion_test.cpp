@@ -157,6 +157,26 @@ TEST(Inversion, SmoothedOctahedraRecoverAsWell) {
   EXPECT_EQ(folded, 0);
 }
 
+TEST(Inversion, HexahedraRecoverAsWell) {
+  int tried = 0, folded = 0;
+  const auto recover_all = [&](const std::function<Vec3(const Vec3&)>& deform) {
+    for (const bool bdf2 : {false, true}) {
+      const Outcome outcome = recover(deform, RotationRule::svd, 300, bdf2, test::kuhn_box(4, 4, 4, {1, 1, 1}), ElementKind::hexahedra);
+      ++tried;
+      folded += outcome.inverted > 0 || outcome.shape_error > 0.02;
+    }
+  };
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    test::Random random(seed);
+    recover_all([&](const Vec3&) { return random.vec3(0, 1); });
+  }
+  recover_all([](const Vec3& X) { return Vec3(-X.x(), X.y(), X.z()); });
+  for (const Vec3& scale : {Vec3(1, 1, 0), Vec3(1, 0, 0), Vec3(0, 0, 0)})
+    recover_all([&](const Vec3& X) -> Vec3 { return scale.cwiseProduct(X); });
+  EXPECT_EQ(tried, 32);
+  EXPECT_EQ(folded, 0);
+}
+
 TEST(Inversion, PapersRuleRecoversTheScrambledCubeAtGameSteps) {
   test::Random random(1);
   const Outcome outcome = recover([&](const Vec3&) { return random.vec3(0, 1); }, RotationRule::polar_qr);

@@ -177,7 +177,7 @@ TEST(SmoothedOctahedra, DrawnStressIsTheMeanOfTheTwoOctahedraOfATet) {
   for (int t = 0; t < rest->tet_count(); ++t) {
     Mat3 stress = Mat3::Zero();
     for (int k = 0; k < 2; ++k) {
-      const int d = rest->octahedra.of_tet[2 * t + k];
+      const int d = rest->macros.of_tet[2 * t + k];
       const Mat3& Q = elements.macros.Q[d];
       stress += 0.5 * Q * elements.macros.sigma[d] * Q.transpose();
     }
