@@ -79,14 +79,15 @@ double filled_volume(const RestBody& rest, std::span<const int> tets) {
   return volume;
 }
 
-// -sqrt(V) g_a of the mean over the tets.
+// -sqrt(V) g_a of the mean over the tets, by their true basis: V g_a is an area, however flat the tet.
 std::array<Vec3, 8> mean_cores(const RestBody& rest, std::span<const int> tets, const HexahedronTets& corner) {
   const double volume = filled_volume(rest, tets);
   std::array<Vec3, 8> core;
   core.fill(Vec3::Zero());
   for (std::size_t k = 0; k < tets.size(); ++k) {
     const int t = tets[k];
-    for (int a = 0; a < 4; ++a) core[corner[k][a]] += std::sqrt(rest.fill[t] * rest.volume[t] / volume) * rest.core[t].col(a);
+    const Mat34 g = rest.gradients(t);
+    for (int a = 0; a < 4; ++a) core[corner[k][a]] -= rest.fill[t] * rest.volume[t] / std::sqrt(volume) * g.col(a);
   }
   core[0].setZero();  // exactly: a translation strains nothing
   for (std::size_t a = 1; a < kCorners; ++a) core[0] -= core[a];
@@ -115,10 +116,8 @@ std::optional<HexahedronShape> shape_of(const RestBody& rest, const Candidate& c
   return hexahedron_shape(c.X, g, c.corner, rest.lame_of(c.tets[0]), filled / volume);
 }
 
-bool may_be_cell(const RestBody& rest, std::span<const int> tets) {
-  return std::ranges::none_of(tets, [&](int t) {
-    return rest.clamped(t) || (rest.heterogeneous() && rest.material_id[t] != rest.material_id[tets[0]]);
-  });
+bool of_one_material(const RestBody& rest, std::span<const int> tets) {
+  return !rest.heterogeneous() || std::ranges::all_of(tets, [&](int t) { return rest.material_id[t] == rest.material_id[tets[0]]; });
 }
 
 void append(std::span<const int> tets, double volume, std::span<const int> nodes, std::span<const Vec3> core, MacroElements& made) {
@@ -160,7 +159,7 @@ int make_cells(const std::vector<Tet>& tets, RestBody& rest) {
   for (std::size_t t = 0; t < tets.size(); ++t) cell[2 * t] = cell[2 * t + 1] = static_cast<int>(tets.size() + t);
   int count = 0;
   for (const EdgeStar& star : edge_stars_by_length(tets, rest, [](int) { return true; })) {
-    if (star.tets.size() != kTets || !may_be_cell(rest, star.tets)) continue;
+    if (star.tets.size() != kTets || !of_one_material(rest, star.tets)) continue;
     if (std::ranges::any_of(star.tets, [&](int t) { return cells.shape[t] != kNone; })) continue;
     const auto c = candidate(tets, rest, star);
     if (!c) continue;

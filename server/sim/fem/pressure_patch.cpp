@@ -92,9 +92,9 @@ void append(const std::vector<Tet>& tets, const RestBody& rest, std::span<const 
   for (const int t : members) {
     made.of_tet[t] = made.count();
     volume += rest.fill[t] * rest.volume[t];
+    const Mat34 g = rest.gradients(t);
     for (int a = 0; a < 4; ++a) {  // of the true basis: V g_a is an area, however flat the tet
-      const Vec3 g = a == 0 ? Vec3(-rest.beta[t].colwise().sum().transpose()) : Vec3(rest.beta[t].row(a - 1).transpose());
-      const Vec3 term = -rest.fill[t] * rest.volume[t] * g;
+      const Vec3 term = -rest.fill[t] * rest.volume[t] * g.col(a);
       if (const auto [at, fresh] = core.try_emplace(tets[t][a], term); !fresh) at->second += term;
     }
   }

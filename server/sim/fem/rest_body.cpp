@@ -118,6 +118,13 @@ double RestBody::mass() const { return std::accumulate(node_mass.begin(), node_m
 
 Vec3 RestBody::normal(int t, int i) const { return std::sqrt(9 * volume[t] / fill[t]) * core[t].col(i); }
 
+Mat34 RestBody::gradients(int t) const {
+  Mat34 g;
+  g.rightCols<3>() = beta[t].transpose();
+  g.col(0) = -g.rightCols<3>().rowwise().sum();
+  return g;
+}
+
 RestTet RestBody::tet(int t) const {
   RestTet tet;
   tet.beta = beta[t];

@@ -74,6 +74,7 @@ struct RestBody {
   bool dusty() const;      // likewise
   double tet_mass(int t) const { return material_of(t).density * fill[t] * volume[t]; }  // [kg]
   double mass() const;              // [kg]
+  Mat34 gradients(int t) const;     // g_a of F = sum x_a g_a^T, of the true basis [1/m]
   RestTet tet(int t) const;         // everything of one tet, by value
   Vec3 normal(int t, int i) const;  // n_i [m^2]
 };

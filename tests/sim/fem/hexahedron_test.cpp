@@ -244,6 +244,31 @@ TEST(Hexahedron, ACantileverBendsAsItShouldOnACoarseMesh) {
   EXPECT_LT(std::abs(bent), 0.025) << "plain " << plain;
 }
 
+// A strip as thin as a pane, whose tets have a clamped basis: held at one end, pushed at the other, against Euler and Bernoulli (shear
+// is a thousandth).
+TEST(Hexahedron, APaneOfOneCellBendsAsItShould) {
+  const Vec3 size(1, 0.002, 0.2);
+  const TetMesh mesh = test::kuhn_box(10, 1, 2, size);
+  FemMaterial material;
+  material.poisson = 0;  // no anticlastic curvature to hold
+  const auto tip = [&](ElementKind element) {
+    const RestBody rest = test::rest_body(mesh, material, 0, {}, element);
+    EXPECT_FALSE(rest.beta_clamped.empty());
+    Eigen::MatrixXd K = tangent_stiffness(rest, mesh.tets, mesh.X, std::vector<Mat3>(rest.point_count(), Mat3::Zero()), Tangent::fixed_rotation);
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(K.rows());
+    std::vector<int> free;
+    for (int n = 0; n < mesh.node_count(); ++n) {
+      const Vec3& X = mesh.X[n];
+      if (X.x() > size.x() - 1e-9) f[3 * n + 1] = (std::abs(X.z() - 0.1) < 1e-9 ? 0.5 : 0.25) / 2;
+      for (int i = 0; i < 3 && X.x() > 1e-9; ++i) free.push_back(3 * n + i);
+    }
+    return Eigen::VectorXd(f(free)).dot(Eigen::MatrixXd(K(free, free)).ldlt().solve(Eigen::VectorXd(f(free))));
+  };
+  const double exact = 1 / (3 * material.young * size.z() * std::pow(size.y(), 3) / 12);
+  EXPECT_NEAR(tip(kHexahedra), exact, 0.01 * exact);
+  EXPECT_LT(tip(ElementKind::linear_tetrahedra), 0.2 * exact);
+}
+
 // A square bar that is twisted, against the series of Saint-Venant: J = 0.140577 side^4.
 TEST(Hexahedron, ABarOfThreeCellsAcrossTwistsAsSaintVenantSays) {
   constexpr double kSide = 0.3, kLength = 1.5, kAngle = 1e-4;
