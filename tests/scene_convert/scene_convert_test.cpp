@@ -261,6 +261,18 @@ TEST(SceneConvert, GeneratedBlocksHaveTheirSizeAndCells) {
   EXPECT_EQ(tets(2), 12);
 }
 
+TEST(SceneConvert, ElementsAreChosenByName) {
+  using sim::fem::ElementKind;
+  for (const auto& [name, kind] : {std::pair{"LINEAR_TETRAHEDRA", ElementKind::linear_tetrahedra}, {"SMOOTHED_OCTAHEDRA", ElementKind::smoothed_octahedra},
+                                   {"HEXAHEDRA", ElementKind::hexahedra}}) {
+    const auto scene = convert(std::string("bodies { name: 'plank' fem { mesh { box { cells { x: 4 y: 1 z: 1 } } } element: ") + name + " } }");
+    EXPECT_EQ(std::get<sim::FemModel>(scene.bodies.at(0).model).element, kind);
+  }
+  const auto unknown = to_scene(parse<v1::Scene>("bodies { name: 'plank' fem { mesh { box { cells { x: 4 y: 1 z: 1 } } } element: 9 } }"), NoFiles());
+  ASSERT_FALSE(unknown);
+  EXPECT_NE(unknown.error().text().find("element is 9, must be LINEAR_TETRAHEDRA, SMOOTHED_OCTAHEDRA or HEXAHEDRA"), std::string::npos) << unknown.error().text();
+}
+
 TEST(SceneConvert, EqualSourcesShareOneMesh) {
   const auto scene = convert(
       "bodies { name: 'a' fem { mesh { box {} } } } bodies { name: 'b' fem { mesh { box {} } } }"

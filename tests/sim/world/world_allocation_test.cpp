@@ -83,6 +83,15 @@ TEST(WorldAllocation, NoneOfAHangingBodyOfOctahedraOfRubber) {
   }
 }
 
+TEST(WorldAllocation, NoneOfAHangingBodyOfHexahedra) {
+  for (const Integrator integrator : {Integrator::backward_euler, Integrator::bdf2}) {
+    SceneDescription scene = held_beam(linear_solver::SolverKind::multigrid);
+    scene.integrator = integrator;
+    std::get<FemModel>(scene.bodies[0].model).element = fem::ElementKind::hexahedra;
+    EXPECT_EQ(allocations_of_steps(scene, 30, 20, false), 0);
+  }
+}
+
 TEST(WorldAllocation, NoneOfAHeapThatRests) {
   for (const double young : {1e5, 1e7}) EXPECT_EQ(allocations_of_steps(heap(young, false), 400, 20, true), 0) << young;
 }
