@@ -107,7 +107,16 @@ Study stored(const Workshop& w) {
                       {"S10 Cook, nu 0.3, octahedra", "S10_cook_membrane_nu", "tip", 0.3, "", kOctahedra},
                       {"S10 Cook, nu 0.49, octahedra", "S10_cook_membrane_nu", "tip", 0.49, "", kOctahedra},
                       {"S10 Cook, nu 0.4999, octahedra", "S10_cook_membrane_nu", "tip", 0.4999, "", kOctahedra},
-                      {"S13 cylinder, octahedra", "S13_thick_cylinder_pressure", "exact_lame", 0, "", kOctahedra}};
+                      {"S13 cylinder, octahedra", "S13_thick_cylinder_pressure", "exact_lame", 0, "", kOctahedra},
+                      {"S03 cantilever, hexahedra", "S03_cantilever_small", "ref_c3d10_at_nodes", 0, "", kHexahedra},
+                      {"S04 elastica, hexahedra", "S04_elastica_large_deflection", "elastica tip", 0, "L1", kHexahedra},
+                      {"S05 torsion, hexahedra", "S05_torsion_square_bar", "torque", 0, "L1", kHexahedra},
+                      {"S06 sphere, hexahedra", "S06_thick_sphere_pressure", "exact_lame", 0, "", kHexahedra},
+                      {"S07 first frequency, hexahedra", "S07_cantilever_frequencies", "first frequency", 0, "", kHexahedra},
+                      {"S10 Cook, nu 0.3, hexahedra", "S10_cook_membrane_nu", "tip", 0.3, "", kHexahedra},
+                      {"S10 Cook, nu 0.49, hexahedra", "S10_cook_membrane_nu", "tip", 0.49, "", kHexahedra},
+                      {"S10 Cook, nu 0.4999, hexahedra", "S10_cook_membrane_nu", "tip", 0.4999, "", kHexahedra},
+                      {"S13 cylinder, hexahedra", "S13_thick_cylinder_pressure", "exact_lame", 0, "", kHexahedra}};
   for (const Row& r : rows) {
     if (!w.has(r.case_name)) s.unmet = "Reference not at hand: the collection of static cases was not found.";
     s.curves.push_back({r.name, knobs::levels({"L0", "L1"}, r.heavy), {.element = r.element, .case_name = r.case_name, .field = r.field, .poisson = r.poisson}, 0, kTwoLevels});
