@@ -87,6 +87,7 @@ TEST(StabilityContact, BlocksOfOctahedraPartAndDoNotSinkOrSlide) {
   EXPECT_EQ(std::get<sim::FemModel>(trial.scene.bodies[block].model).element,
             sim::fem::ElementKind::smoothed_octahedra);
   for (const int row : {19, 21, 22}) expect_verdict(row, "recovery-octahedra", Verdict::pass);
+  for (const int row : {19, 21, 22}) expect_verdict(row, "recovery-hexahedra", Verdict::pass);
 }
 
 TEST(StabilityContact, TheGuardIsOffUnlessAMethodIsWithIt) {

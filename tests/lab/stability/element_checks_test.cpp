@@ -66,6 +66,12 @@ TEST(StabilityElements, OctahedraFindTheirShapeAgain) {
   EXPECT_NE(scrambled.text.find("0 of 162 tets stay inverted"), std::string::npos) << scrambled.text;
 }
 
+TEST(StabilityElements, HexahedraFindTheirShapeAgain) {
+  for (const int row : {2, 4, 6, 8}) expect_verdict(row, "hexahedra", Verdict::pass);
+  const Outcome scrambled = outcome_of(1, "hexahedra");
+  EXPECT_NE(scrambled.text.find("0 of 162 tets stay inverted"), std::string::npos) << scrambled.text;
+}
+
 TEST(StabilityElements, ATrialOfOctahedraHasTheirStrainsAndTheirEnergy) {
   SoftTrial cube(unit_cube(2), soft_material(), find_method("octahedra")->fem);
   ASSERT_TRUE(cube.rest.grouped());

@@ -98,6 +98,9 @@ TEST(StabilityIntegration, LinearTetsLockMoreTheNearerToIncompressibleAndOctahed
   const FemMethod& octahedra = find_method("octahedra")->fem;
   EXPECT_GT(cantilever_ratio(octahedra, 0.3), 0.85);
   EXPECT_GT(cantilever_ratio(octahedra, 0.49), 0.5);
+  const FemMethod& hexahedra = find_method("hexahedra")->fem;
+  for (const double nu : {0.3, 0.49}) EXPECT_GT(cantilever_ratio(hexahedra, nu), 0.93) << nu;
+  for (const double nu : {0.3, 0.49, 0.4999}) EXPECT_NEAR(cook_ratio(hexahedra, nu, 8), 1, 0.04) << nu;
   EXPECT_GT(cook_ratio(octahedra, 0.3, 8), cook_ratio(tets, 0.3, 8));
 }
 
