@@ -320,7 +320,7 @@ Study pareto() {
                        {"BCC 24x4x4, BDF2", Lattice::bcc, 4, true, Integrator::bdf2},
                        {"hexahedra 6x1x1, BDF2", Lattice::kuhn, 1, false, Integrator::bdf2, kHexahedra},
                        {"hexahedra 12x2x2, BDF2", Lattice::kuhn, 2, false, Integrator::bdf2, kHexahedra}}) {
-    Curve curve{r.name, grid, {.integrator = r.integrator, .lattice = r.lattice, .cells = r.cells, .element = r.element}};
+    Curve curve{r.name, grid, {.integrator = r.integrator, .lattice = r.lattice, .element = r.element, .cells = r.cells}};
     if (r.heavy) {
       for (KnobValue& v : curve.knob.values) v.heavy = true;
     }

@@ -31,7 +31,7 @@ class SoftTrial {
   void run(double seconds, double dt, const std::function<bool()>& after_step = {});
 
   double kinetic() const;  // [J]
-  double elastic() const;  // [J], with the method's own rotation; of octahedra the core's
+  double elastic() const;  // [J], with the method's own rotation; of groups of tets the core's
   double energy() const { return kinetic() + elastic(); }
   Vec3 momentum() const;          // [kg m/s]
   Vec3 angular_momentum() const;  // about the centre of mass [kg m^2/s]

@@ -147,7 +147,10 @@ void shift_forces(const RestBody& rest, const std::vector<Tet>& tets, const Step
     Mat38 Y;
     for (int a = 0; a < 8; ++a) Y.col(a) = elements.Q[k].transpose() * displacement(o.nodes[8 * k + a]);
     const std::array<Vec3, 8> f = o.shape(k).forces(Y);
-    for (int a = 0; a < 8; ++a) elements.force[8 * k + a] -= elements.Q[k] * f[a];
+    Mat3 stretched = Mat3::Zero();  // of tension, as a stress on the corners
+    for (int a = 0; a < 8; ++a) stretched += displacement(o.nodes[8 * k + a]) * elements.core[8 * k + a].transpose();
+    stretched = (stretched * elements.tension[k]).eval();
+    for (int a = 0; a < 8; ++a) elements.force[8 * k + a] -= elements.Q[k] * f[a] + stretched * elements.core[8 * k + a];
   };
   const auto shift_groups = [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
@@ -182,20 +185,25 @@ double edge_hourglass(const MacroElements& o, int a, int b) {
 }
 
 // Off-diagonal block of an edge from its elements, times the formula's factor. With G = sum c_a c_b^T eq. 2's sum is
-// lambda G + mu tr(G) I + mu G^T: here, by columns, G times lambda, G times mu, and the octahedra's hourglass stiffness.
+// lambda G + mu tr(G) I + mu G^T: here, by columns, G times lambda, G times mu, and the octahedra's hourglass stiffness. That of
+// hexahedra is in what is times lambda: as that, it goes in untransposed.
 struct EdgeSum {
   Quad of_lambda[3], of_mu[3];  // fourth lanes: 0
   double hourglass;
 };
 
-// The hexahedra's share of an edge, with the factor of each: it goes in as it is, where G's part of lambda does.
+// The hexahedra's share of an edge, with the factor of each: it goes in as it is, where G's part of lambda does. Tension damps nothing:
+// its part is theta dt^2 alone.
 template <class FactorOf>
 void add_hexahedra(const StepSystem& s, const RestBody& rest, int edge, const FactorOf& factor_of, EdgeSum& sum) {
+  const double of_tension = s.scale.position * s.scale.dt * s.scale.dt;
   for (int k = s.connectivity.edge_start[edge]; k < s.connectivity.edge_start[edge + 1]; ++k) {
     const std::uint32_t pair = s.connectivity.edge_corners[k];
     const int first = Connectivity::first(pair);
-    if (of_hexahedron(rest.macros, first))
-      add_hexahedron_block(rest.macros, s.elements.macros, first, Connectivity::second(pair), factor_of(first), sum.of_lambda);
+    if (!of_hexahedron(rest.macros, first)) continue;
+    const int second = Connectivity::second(pair);
+    add_hexahedron_block(rest.macros, s.elements.macros, first, second, factor_of(first), sum.of_lambda);
+    sum.hourglass += of_tension * tension_stiffness(s.elements.macros, first, second);
   }
 }
 
@@ -370,7 +378,7 @@ void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState
 
   if (system.with_split != system.elements.macros.any_split) {
     system.with_split = system.elements.macros.any_split;
-    connect(rest, tets, n, system);  // the same edges: an octahedron has all of its tets'
+    connect(rest, tets, n, system);  // the same edges: a group has all of its tets'
   }
   const Factors factors = factors_of(rest.material, formula);
   if (!system.corner_weights.empty()) set_weights(rest, formula, system);

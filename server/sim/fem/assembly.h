@@ -36,6 +36,7 @@ StepFormula backward_euler_formula(const FemState& state, double dt);
 //   A = (c + dt a) M + (dt beta + theta dt^2) K,   b = M w + dt (f_ext + f(x_linear) - K (x_known - x_linear));
 // for backward Euler that is Parker & O'Brien 2009, eq. 5: A = M + dt C + dt^2 K, b = M v + dt (f_ext + f(x)), where the
 // elastic force at x, plastic strain included, stands for the paper's -K (x - u).
+// Of hexahedra theta dt^2 times what tension stiffens is in A as well, and in b (tension_stiffness).
 // Prescribed nodes are struck (section 7): their columns times their velocities are on the right-hand side, and their
 // own rows read m v = m v_prescribed, coupled to nothing. Whoever adds terms to the system must add none to those rows.
 class StepSystem {
@@ -80,15 +81,16 @@ class StepSystem {
   Scale scale;
   std::vector<Tet> tets;    // of which connectivity and pattern were made
   // No eigenvalue of A is above so many times its block diagonal's. Of elements of k nodes k is proved: 4 of tets, and what the
-  // largest pressure patch has; of hexahedra what one by itself has, which is found when it is made. Of smoothed octahedra by themselves up to 3.9 was measured.
+  // largest pressure patch has; of hexahedra what one by itself has
+  // (HexahedronShape). Of smoothed octahedra by themselves up to 3.9 was measured.
   double spectral_bound = 4;
-  bool with_split = false;  // connectivity has the corners of tets after those of octahedra and patches
+  bool with_split = false;  // connectivity has the corners of tets after those of groups and patches
 };
 
 // Assembles the step from x(t), v(t) to t + dt. f_ext: 3n, gravity and all [N]. rest.node_mass must be that of `tets`.
 // With dt in place of a formula: backward Euler.
-// Arrays and pattern are rebuilt when tets or the number of nodes differ from the last call's, or when the first tet of an
-// octahedron comes to stand for itself, or the last no longer does; else nothing allocates.
+// Arrays and pattern are rebuilt when tets or the number of nodes differ from the last call's, or when the first tet of a
+// group comes to stand for itself, or the last no longer does; else nothing allocates.
 // Deterministic for any number of threads: the element pass writes per tet, edges and nodes gather in mesh order.
 void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState& state,
               Eigen::Ref<const Eigen::VectorXd> f_ext, double dt, std::span<const PrescribedNode> prescribed,

@@ -2,6 +2,7 @@
 
 #include "common/types.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>

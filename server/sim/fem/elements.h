@@ -13,7 +13,7 @@
 // thread; nothing is summed here across tets but where a sum is returned, in mesh order.
 namespace crumple::sim::fem {
 
-// Results of an element pass, one a tet; of a body of smoothed octahedra only `octahedra`. Assembly, fracture and display
+// Results of an element pass, one a tet; of a body of groups of tets only `macros`. Assembly, fracture and display
 // read them. Plastic strains are one an element everywhere here.
 struct Elements {
   std::vector<Mat3> Q;       // rotation, det +1
@@ -24,7 +24,7 @@ struct Elements {
 
   void resize(int tet_count);
   bool is_of(const RestBody& rest) const;  // not before the first update, nor after elements were parted
-  // Corners of all elements in a row: 4 tet + local node, or those of octahedra and patches.
+  // Corners of all elements in a row: 4 tet + local node, or those of groups and patches.
   const double* forces() const;
   const double* cores() const;
 };
@@ -33,12 +33,12 @@ struct Elements {
 void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements);
 
-// Q sigma Q^T: Cauchy-like stress of tet t in world axes [Pa]; of octahedra the mean of its two, and its patch's pressure.
+// Q sigma Q^T: Cauchy-like stress of tet t in world axes [Pa]; of groups as tet_stress has it.
 Mat3 element_stress(const RestBody& rest, const Elements& elements, int t);
 // Q n_i of tet t, times fill [m^2].
 Mat34 element_normals(const RestBody& rest, const Elements& elements, int t);
 
-// eps^P of tet t; of octahedra the mean of its two. plastic_strain: one an element.
+// eps^P of tet t; of groups the mean of its two. plastic_strain: one an element.
 Mat3 element_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_strain, int t);
 
 // What the law makes of tet t by itself, whatever the body's elements are.
@@ -66,7 +66,7 @@ void elastic_forces(const RestBody& rest, const std::vector<Tet>& tets, const st
                     const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements,
                     Eigen::Ref<Eigen::VectorXd> f);
 
-// Sum of fill V (lambda/2 tr(eps^E)^2 + mu eps^E : eps^E), of octahedra with their hourglass and patches [J].
+// Sum of fill V (lambda/2 tr(eps^E)^2 + mu eps^E : eps^E), of groups with their hourglass forces and patches [J].
 double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                       const std::vector<Mat3>& plastic_strain);
 

@@ -14,7 +14,7 @@ namespace {
 constexpr int kNone = -1;
 constexpr std::size_t kTets = 6, kCorners = 8;
 constexpr double kSameVolume = 0.05;  // of the tets and of the trilinear cell, relative: faces may be a little bent
-constexpr int kFromOrigin = 0, kOpposite = 7;
+constexpr int kOrigin = 0, kOpposite = 7;
 // Around the diagonal in positive order, from any corner that an edge of the cell joins to the origin.
 constexpr std::array<std::uint8_t, 6> kRing{1, 3, 2, 6, 4, 5};
 
@@ -62,7 +62,7 @@ std::optional<Candidate> candidate(const std::vector<Tet>& tets, const RestBody&
   };
   const int first = miss(0) <= miss(1) ? 0 : 1;
   Candidate c;
-  c.nodes[kFromOrigin] = star.edge[0];
+  c.nodes[kOrigin] = star.edge[0];
   c.nodes[kOpposite] = star.edge[1];
   for (int k = 0; k < 6; ++k) c.nodes[kRing[k]] = (*ring)[(first + k) % 6];
   for (std::size_t a = 0; a < kCorners; ++a) c.X.col(a) = X[c.nodes[a]];
@@ -113,7 +113,7 @@ std::optional<HexahedronShape> shape_of(const RestBody& rest, const Candidate& c
   const std::array<Vec3, 8> core = mean_cores(rest, c.tets, c.corner);
   Mat38 g;
   for (std::size_t a = 0; a < kCorners; ++a) g.col(a) = -1 / std::sqrt(filled) * core[a];
-  return hexahedron_shape(c.X, g, c.corner, rest.lame_of(c.tets[0]), filled / volume);
+  return hexahedron_shape(c.X, g, c.corner, rest.lame_of(c.tets[0]), filled, filled / volume);
 }
 
 bool of_one_material(const RestBody& rest, std::span<const int> tets) {

@@ -12,9 +12,10 @@ namespace crumple::sim::fem {
 
 struct RestBody;
 
-// Which tets make hexahedra: six around an edge that is a cell's inner diagonal, as Kuhn lattices have them, of one material. They may be as thin as
-// panes are: tets of such a cell have a clamped basis, the cell has not. Diagonals are tried by length, the longest first, and no tet is in two. A crack along the faces of cells leaves them whole; one
-// through a cell leaves its tets by themselves for ever. Nodes keep the masses that the tets give them: so a crack changes none.
+// Which tets make hexahedra: six around an edge that is a cell's inner diagonal, as Kuhn lattices have them, of one material. They may
+// be as thin as panes are: tets of such a cell have a clamped basis, the cell has not. Diagonals are tried by length, the longest
+// first, and no tet is in two. A crack along the faces of cells leaves them whole; one through a cell leaves its tets by themselves
+// for ever. Nodes keep the masses that the tets give them: so a crack changes none.
 //
 // A cell sees the strain of its bending, and fracture the stress of that at each of its tets; but the law sees the mean alone, so that
 // bending would flow too late: materials that yield are refused (make_rest_body).

@@ -119,7 +119,7 @@ double trilinear_volume(const Mat38& X) {
 }
 
 std::optional<HexahedronShape> hexahedron_shape(const Mat38& X, const Mat38& g, const HexahedronTets& tets, const Lame& lame,
-                                                double share) {
+                                                double filled, double share) {
   const Mat3 J0 = X * trilinear_gradients(Vec3::Zero()).transpose();
   const double least = kFlattest * J0.determinant();
   if (!(least > 0)) return {};
@@ -127,13 +127,11 @@ std::optional<HexahedronShape> hexahedron_shape(const Mat38& X, const Mat38& g, 
     if (!((X * trilinear_gradients(reference_corner(a)).transpose()).determinant() >= least)) return {};
 
   const Mat6 C = elasticity(lame);
-  double volume = 0;
   Mat24 K = Mat24::Zero();
   Eigen::Matrix<double, 9, 9> of_modes = Eigen::Matrix<double, 9, 9>::Zero();
   Mat9x24 coupling = Mat9x24::Zero();
   for (int k = 0; k < 8; ++k) {
     const Point p = point_at(X, gauss_point(k), J0);
-    volume += p.jacobian;
     K += p.jacobian * p.B.transpose() * C * p.B;
     of_modes += p.jacobian * p.incompatible.transpose() * C * p.incompatible;
     coupling += p.jacobian * p.incompatible.transpose() * C * p.B;
@@ -149,7 +147,7 @@ std::optional<HexahedronShape> hexahedron_shape(const Mat38& X, const Mat38& g, 
   for (int a = 0; a < 8; ++a)
     for (int b = 0; b < 8; ++b)
       shape.H[8 * a + b] = 0.5 * (H.block<3, 3>(3 * a, 3 * b) + H.block<3, 3>(3 * b, 3 * a).transpose());
-  shape.spectral_bound = spectral_bound(share * volume * mean.transpose() * C * mean + H);
+  shape.spectral_bound = spectral_bound(filled * mean.transpose() * C * mean + H);
   for (int t = 0; t < 6; ++t) {
     Vec3 xi = Vec3::Zero();
     for (const int a : tets[t]) xi += reference_corner(a) / 4;

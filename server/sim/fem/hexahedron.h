@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 namespace crumple::sim::fem {
 
@@ -20,8 +19,9 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 //
 //   E = V psi(Q^T F) + 1/2 sum_ab Y_a . H_ab Y_b,   Y_a = Q^T x_a
 //
-// H is the element's stiffness at rest less what the mean has of it, of rank 12: of affine fields nothing, so that the patch test
-// holds in any shape. Corner a is at xi = (-1 or 1 by bit 0 of a), eta by bit 1, zeta by bit 2.
+// H = P^T K P, of rank 12: K is the element's stiffness at rest, P takes away the affine part by the tets' mean gradient, so that the patch
+// test holds in any shape. Of a box, whose corners the tets' mean weighs by 1/3 and 1/6 instead of 1/4, every mode of bending and twist
+// is the element's; xi eta zeta alone is three times as stiff. Corner a is at xi = (-1 or 1 by bit 0 of a), eta by bit 1, zeta by bit 2.
 struct HexahedronShape {
   std::array<Mat3, 64> H;  // H_ab at 8 a + b, rest axes [N/m]
   // Of each of its six tets: what Y adds to the mean strain at the tet's centroid; xx, yy, zz, xy, yz, zx, the latter twice
@@ -38,10 +38,10 @@ using HexahedronTets = std::array<std::array<std::uint8_t, 4>, 6>;
 
 double trilinear_volume(const Mat38& X);  // [m^3]
 
-// X: rest positions in the columns [m]; g: g_a of F = sum x_a g_a^T [1/m]; share: of the volume that is material.
+// X: rest positions in the columns [m]; g: g_a of F = sum x_a g_a^T [1/m]; filled: volume of the tets that is material [m^3], share: of theirs.
 // None where the cell is too far from a box for its modes: its Jacobian falls below kFlattest of the centre's.
 inline constexpr double kFlattest = 0.2;
 std::optional<HexahedronShape> hexahedron_shape(const Mat38& X, const Mat38& g, const HexahedronTets& tets, const Lame& lame,
-                                                double share);
+                                                double filled, double share);
 
 }  // namespace crumple::sim::fem

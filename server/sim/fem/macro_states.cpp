@@ -8,6 +8,7 @@
 #include "server/sim/fem/rotation.h"
 #include "server/sim/fem/smoothed_octahedron.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -42,6 +43,12 @@ HexahedronForces hexahedron_forces(const MacroElements& m, int d, const Mat38& Y
   for (int a = 0; a < 8; ++a) moment += Vec3(Y.col(a)).cross(forces.corner[a]);
   forces.stress = moment_balance(S, Vec3(-moment / m.volume[d]));
   return forces;
+}
+
+Mat3 tensile_part(const Mat3& stress) {
+  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
+  eigen.computeDirect(stress);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
 }
 
 Mat38 local_corners(const MacroElements& m, int d, const std::vector<Vec3>& x, const Mat3& Q) {
@@ -83,6 +90,7 @@ void update_element(const RestBody& rest, const std::vector<Tet>& tets, const st
   }
   const Vec3 z = hourglass(o, d, x);
   const bool split = must_split(rest, tets, x, F, z, d);
+  if (hexahedron) e.tension[d] = split ? Mat3::Zero() : Mat3(Q * tensile_part(sigma) * Q.transpose());
   const Mat3 turn = split ? Mat3::Zero() : Q, P = std::sqrt(o.volume[d]) * (turn * stress);
   e.Q[d] = Q;
   e.sigma[d] = sigma;
@@ -151,6 +159,7 @@ void resize(const RestBody& rest, MacroStates& e) {
   e.z.resize(o.count());
   e.split.resize(o.count());
   e.Y.resize(o.hexahedra);
+  e.tension.resize(o.hexahedra);
   if (e.core.size() < rest.corner_count()) {
     e.core.resize(rest.corner_count());
     e.force.resize(rest.corner_count());
@@ -215,6 +224,8 @@ Mat34 tet_normals(const RestBody& rest, const MacroStates& e, int t) {
     const int d = rest.macros.of_tet[2 * t + k];
     mean += 0.5 * (e.split[d] ? e.tet_Q[t] : e.Q[d]);
   }
+  if (const int d = rest.macros.of_tet[2 * t]; d < rest.macros.hexahedra && !e.split[d])  // a cell has its true basis
+    return -3 * rest.fill[t] * rest.volume[t] * mean * rest.gradients(t);
   return 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * mean * rest.core[t];
 }
 

@@ -171,10 +171,16 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
     make_patches(mesh.tets, rest);
   }
   if (element == ElementKind::hexahedra) {
-    if (rest.yields()) return invalid("material.yield", "is finite, must be infinite: hexahedra would see a bend yield too late");
+    for (int k = 0; k < rest.material_count(); ++k) {
+      const double yield = rest.material_at(k).yield;
+      if (std::isfinite(yield))
+        return invalid(k == 0 ? "material.yield" : text("regions[", k - 1, "].material.yield"),
+                       text("is ", yield, ", must be infinite: hexahedra would see a bend yield too late"));
+    }
     const int in_cells = 6 * make_cells(mesh.tets, rest);
     if (2 * in_cells < mesh.tet_count())
-      return invalid("mesh", text("has ", in_cells, " of ", mesh.tet_count(), " tets in cells of six around a diagonal, must have half of them in some: a Kuhn lattice"));
+      return invalid("mesh", text("has ", in_cells, " of ", mesh.tet_count(),
+                                  " tets in cells of six around a diagonal, must have half of them in some: a Kuhn lattice"));
   }
   return rest;
 }

@@ -54,7 +54,7 @@ struct RestBody {
 
   int tet_count() const { return static_cast<int>(beta.size()); }
   int node_count() const { return static_cast<int>(node_mass.size()); }
-  bool grouped() const { return !macros.empty(); }
+  bool grouped() const { return !macros.empty(); }  // elements are groups of tets
   int point_count() const { return grouped() ? macros.count() : tet_count(); }  // where strain is: one an element
   bool heterogeneous() const { return !material_id.empty(); }
   int material_count() const { return 1 + static_cast<int>(others.size()); }
@@ -66,7 +66,7 @@ struct RestBody {
   }
   double patch_lambda(int id) const;  // what patches of that material have of lambda, 0 if it makes none [Pa]
   double lambda_of_patch(int p) const { return patch_lambda(heterogeneous() ? material_id[patches.first_tet(p)] : 0); }
-  // Corners of octahedra and patches, those of each after those of the one before.
+  // Corners of groups and patches, those of each after those of the one before.
   std::size_t corner_count() const { return macros.nodes.size() + patches.nodes.size(); }
   bool clamped(int t) const { return !beta_clamped.empty() && beta_clamped[t] != beta[t]; }
   bool yields() const;     // any of its materials
@@ -86,10 +86,10 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
                                 std::span<const MaterialRegion> regions = {},
                                 ElementKind element = ElementKind::linear_tetrahedra);
 
-// Leaves the tets `kept`, ascending; node masses, octahedra and patches are the caller's to renew (follow_topology).
+// Leaves the tets `kept`, ascending; node masses, groups and patches are the caller's to renew (follow_topology).
 void keep_tets(RestBody& rest, std::span<const int> kept);
 
-// Lumped masses, drags, octahedra and patches anew, after tets got other node ids. tets: one a rest tet; ids in [0, node_count).
+// Lumped masses, drags, groups and patches anew, after tets got other node ids. tets: one a rest tet; ids in [0, node_count).
 // Returns what regroup() does: empty where elements are tets.
 std::vector<int> follow_topology(RestBody& rest, const std::vector<Tet>& tets, int node_count);
 

@@ -31,7 +31,7 @@ Eigen::SparseMatrix<double> matrix_at_rest(const RestBody& rest, const std::vect
   return A;
 }
 
-// Of tet t; of octahedra the mean of its two.
+// Of tet t; of groups the mean of its two.
 Quat rotation_of(const RestBody& rest, const StepSystem& system, int t) {
   if (!rest.grouped()) return Quat(system.elements.Q[t]);
   const std::vector<Mat3>& Q = system.elements.macros.Q;
