@@ -140,13 +140,13 @@ TEST(Hexahedra, APlankOfOneCellAcrossBreaksWhereItBends) {
     model.material.breakable = true;
     model.rigid_fragments = 0;
     // Hanging by its own weight the plank has 3 rho g L^2 / h = 184 kPa in its outermost fibre at the support; a
-    // node of the surface reads a third of what the fibre has (the six tets' centroids), some 54 kPa in the first cell.
+    // node of the surface reads a third of what the fibre has (the six tets' centroids), some 47 kPa where the second cell begins.
     model.material.toughness = toughness;
     auto world = make_world(scene);
     for (int k = 0; k < 120; ++k) world->step();
     return world->fem(0).fragments;
   };
-  EXPECT_GT(pieces(4e4), 1);
+  EXPECT_GT(pieces(3e4), 1);
   EXPECT_EQ(pieces(8e4), 1);
 }
 
