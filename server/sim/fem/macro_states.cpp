@@ -73,7 +73,7 @@ bool must_split(const RestBody& rest, const std::vector<Tet>& tets, const std::v
 }
 
 void update_element(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                       const Mat3& plastic_strain, int d, MacroStates& e) {
+                    const Mat3& plastic_strain, int d, MacroStates& e) {
   const MacroElements& o = rest.macros;
   const int t = o.first_tet(d), begin = o.corner_start[d], end = o.corner_start[d + 1];
   const FemMaterial& material = rest.material_of(t);
@@ -169,7 +169,7 @@ void resize(const RestBody& rest, MacroStates& e) {
 }  // namespace
 
 void update_macros(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, MacroStates& e) {
+                   const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, MacroStates& e) {
   const MacroElements& o = rest.macros;
   assert(static_cast<int>(plastic_strain.size()) == o.count());
   resize(rest, e);
@@ -190,8 +190,8 @@ void update_macros(const RestBody& rest, const std::vector<Tet>& tets, const std
 }
 
 void flow_macros(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                    std::span<const double> creep, const ThreadPool& pool, std::vector<Mat3>& plastic_strain,
-                    MacroStates& e) {
+                 std::span<const double> creep, const ThreadPool& pool, std::vector<Mat3>& plastic_strain,
+                 MacroStates& e) {
   const MacroElements& o = rest.macros;
   const auto body = [&](int begin, int end) {
     for (int d = begin; d < end; ++d) {
@@ -287,7 +287,7 @@ double macro_energy(const RestBody& rest, const MacroStates& e) {
 }
 
 void add_macro_forces(const RestBody& rest, const std::vector<Tet>& tets, const MacroStates& e,
-                           Eigen::Ref<Eigen::VectorXd> f) {
+                      Eigen::Ref<Eigen::VectorXd> f) {
   const Vec3* force = e.force.data();
   for (const std::vector<int>* nodes : {&rest.macros.nodes, &rest.patches.nodes})
     for (const int n : *nodes) f.segment<3>(3 * n) += *force++;
@@ -296,8 +296,8 @@ void add_macro_forces(const RestBody& rest, const std::vector<Tet>& tets, const 
 }
 
 void add_macro_stiffness(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                              const std::vector<Mat3>& plastic_strain, bool exact, const MacroStates& e,
-                              std::vector<Eigen::Triplet<double>>& entries) {
+                         const std::vector<Mat3>& plastic_strain, bool exact, const MacroStates& e,
+                         std::vector<Eigen::Triplet<double>>& entries) {
   const MacroElements& o = rest.macros;
   const auto add = [&](int i, int j, const Mat3& block) {
     for (int p = 0; p < 3; ++p)

@@ -33,12 +33,12 @@ struct MacroStates {
 
 // plastic_strain: one an element; that of a tet is the mean of its two.
 void update_macros(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, MacroStates& elements);
+                   const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, MacroStates& elements);
 
 // As plastic_flow: elements flow, also where their tets stand for themselves.
 void flow_macros(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                    std::span<const double> creep, const ThreadPool& pool, std::vector<Mat3>& plastic_strain,
-                    MacroStates& elements);
+                 std::span<const double> creep, const ThreadPool& pool, std::vector<Mat3>& plastic_strain,
+                 MacroStates& elements);
 
 // Stress in world axes of a tet [Pa]: of its octahedra, by halves, its hexahedron at the tet's centroid, or its own; and the pressure
 // of its patch.
@@ -58,11 +58,11 @@ inline double tension_stiffness(const MacroStates& states, int a, int b) { retur
 
 double macro_energy(const RestBody& rest, const MacroStates& elements);  // [J]
 void add_macro_forces(const RestBody& rest, const std::vector<Tet>& tets, const MacroStates& elements,
-                           Eigen::Ref<Eigen::VectorXd> f);  // f: 3n [N]
+                      Eigen::Ref<Eigen::VectorXd> f);  // f: 3n [N]
 // Entries of -df/dx at the positions of the elements' last update. exact: with dQ/dF, but for the
 // curvature of Q times the hourglass forces of hexahedra, which is small while those are small.
 void add_macro_stiffness(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
-                              const std::vector<Mat3>& plastic_strain, bool exact, const MacroStates& elements,
-                              std::vector<Eigen::Triplet<double>>& entries);
+                         const std::vector<Mat3>& plastic_strain, bool exact, const MacroStates& elements,
+                         std::vector<Eigen::Triplet<double>>& entries);
 
 }  // namespace crumple::sim::fem
