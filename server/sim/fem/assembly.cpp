@@ -1,5 +1,6 @@
 #include "server/sim/fem/assembly.h"
 
+#include "server/sim/fem/hexahedron_states.h"
 #include "server/sim/mesh/disjoint_sets.h"
 #include "server/sim/quad.h"
 

@@ -1,14 +1,13 @@
 #include "server/sim/fem/macro_states.h"
 
-#include "server/sim/cross_matrix.h"
 #include "server/sim/fem/elements.h"
+#include "server/sim/fem/hexahedron_states.h"
 #include "server/sim/fem/mean_gradient.h"
 #include "server/sim/fem/octahedron_quad.h"
 #include "server/sim/fem/plasticity.h"
 #include "server/sim/fem/rotation.h"
 #include "server/sim/fem/smoothed_octahedron.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -27,35 +26,6 @@ Vec3 hourglass(const MacroElements& o, int d, const std::vector<Vec3>& x) {
   Vec3 z = Vec3::Zero();
   for (int c = begin + 1; c < end; ++c) z += o.gamma[c] * (x[o.nodes[c]] - from);
   return z;
-}
-
-// What a hexahedron's hourglass forces are: on the corners, in its own axes, and what balances their moment. Those of Q H Y alone have one,
-// m = sum Y_a x (H Y)_a, wherever H is not the same in all directions; -dE/dx has none, since Q turns with F:
-//   dQ = Q [w], (tr(S) I - S) w = axial(Q^T dF), so that the energy's derivative has the stress -[(tr(S) I - S)^-1 m] / V besides.
-struct HexahedronForces {
-  std::array<Vec3, 8> corner;
-  Mat3 stress;
-};
-
-HexahedronForces hexahedron_forces(const MacroElements& m, int d, const Mat38& Y, const Mat3& S) {
-  HexahedronForces forces{m.shape(d).forces(Y), Mat3::Zero()};
-  Vec3 moment = Vec3::Zero();
-  for (int a = 0; a < 8; ++a) moment += Vec3(Y.col(a)).cross(forces.corner[a]);
-  forces.stress = moment_balance(S, Vec3(-moment / m.volume[d]));
-  return forces;
-}
-
-Mat3 tensile_part(const Mat3& stress) {
-  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
-  eigen.computeDirect(stress);
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
-}
-
-Mat38 local_corners(const MacroElements& m, int d, const std::vector<Vec3>& x, const Mat3& Q) {
-  const int* nodes = &m.nodes[8 * d];
-  Mat38 Y = Mat38::Zero();
-  for (int a = 1; a < 8; ++a) Y.col(a) = Q.transpose() * (x[nodes[a]] - x[nodes[0]]);
-  return Y;
 }
 
 // An element of one tet is that tet, near inversion or not. Of closed octahedra z says enough of how tets deviate.
@@ -206,71 +176,29 @@ void flow_macros(const RestBody& rest, const std::vector<Tet>& tets, const std::
 }
 
 Mat3 tet_stress(const RestBody& rest, const MacroStates& e, int t) {
+  if (in_hexahedron(rest.macros, e, t)) return hexahedron_stress(rest, e, t);
   Mat3 sum = Mat3::Zero();
   for (int k = 0; k < 2; ++k) {
     const int d = rest.macros.of_tet[2 * t + k];
     const Mat3& Q = e.split[d] ? e.tet_Q[t] : e.Q[d];
-    Mat3 sigma = e.split[d] ? e.tet_sigma[t] : e.sigma[d];
-    if (d < rest.macros.hexahedra && !e.split[d])
-      sigma += isotropic_stress(rest.lame_of(t), rest.macros.shape(d).strain_deviation(rest.macros.cells.order[t], e.Y[d]));
-    sum += 0.5 * Q * sigma * Q.transpose();
+    sum += 0.5 * Q * (e.split[d] ? e.tet_sigma[t] : e.sigma[d]) * Q.transpose();
   }
   return sum + patch_pressure(rest, e.patches, t) * Mat3::Identity();
 }
 
 Mat34 tet_normals(const RestBody& rest, const MacroStates& e, int t) {
+  if (in_hexahedron(rest.macros, e, t)) return hexahedron_normals(rest, e, t);
   Mat3 mean = Mat3::Zero();
   for (int k = 0; k < 2; ++k) {
     const int d = rest.macros.of_tet[2 * t + k];
     mean += 0.5 * (e.split[d] ? e.tet_Q[t] : e.Q[d]);
   }
-  if (const int d = rest.macros.of_tet[2 * t]; d < rest.macros.hexahedra && !e.split[d])  // a cell has its true basis
-    return -3 * rest.fill[t] * rest.volume[t] * mean * rest.gradients(t);
   return 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * mean * rest.core[t];
 }
 
 Mat3 tet_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_strain, int t) {
   return 0.5 * (plastic_strain[rest.macros.of_tet[2 * t]] + plastic_strain[rest.macros.of_tet[2 * t + 1]]);
 }
-
-void add_hexahedron_block(const MacroElements& m, const MacroStates& e, int a, int b, double factor, Quad (&block)[3]) {
-  const int d = a / 8;
-  if (e.split[d]) return;
-  const double* Q = e.Q[d].data();
-  const double* H = m.shape(d).H[8 * (a % 8) + b % 8].data();
-  const Quad q[3] = {load_three(Q), load_three(Q + 3), load_three(Q + 6)};
-  Quad turned[3];
-  for (int k = 0; k < 3; ++k)
-    turned[k] = multiply_add(q[2], quad(H[3 * k + 2]), multiply_add(q[1], quad(H[3 * k + 1]), q[0] * quad(H[3 * k])));
-  for (int j = 0; j < 3; ++j)
-    for (int k = 0; k < 3; ++k) block[j] = multiply_add(turned[k], quad(factor * Q[3 * k + j]), block[j]);
-}
-
-namespace {
-
-double hexahedron_energy(const MacroElements& m, int d, const Mat38& Y) {
-  const std::array<Vec3, 8> f = m.shape(d).forces(Y);
-  double twice = 0;
-  for (int a = 0; a < 8; ++a) twice += f[a].dot(Y.col(a));
-  return 0.5 * twice;
-}
-
-// J^T H J of a hexahedron, J = dY/dx with dQ/dF: dY_a = Q^T dx_a - w x Y_a, w of all corners' dx as in HexahedronForces.
-using Mat24 = Eigen::Matrix<double, 24, 24>;
-Mat24 exact_hexahedron_stiffness(const MacroElements& m, int d, const Mat38& Y, const Mat3& Q, const Mat3& F) {
-  const Mat3 S = symmetric_part(Q.transpose() * F), G = (S.trace() * Mat3::Identity() - S).inverse();
-  const double to_gradient = -1 / std::sqrt(m.volume[d]);
-  Mat24 J, H;
-  for (int a = 0; a < 8; ++a)
-    for (int b = 0; b < 8; ++b) {
-      const Vec3 g = to_gradient * m.core[8 * d + b];
-      J.block<3, 3>(3 * a, 3 * b) = ((a == b) * Mat3::Identity() + cross_matrix(Y.col(a)) * G * cross_matrix(g)) * Q.transpose();
-      H.block<3, 3>(3 * a, 3 * b) = m.shape(d).H[8 * a + b];
-    }
-  return J.transpose() * H * J;
-}
-
-}  // namespace
 
 double macro_energy(const RestBody& rest, const MacroStates& e) {
   const MacroElements& o = rest.macros;
@@ -308,7 +236,7 @@ void add_macro_stiffness(const RestBody& rest, const std::vector<Tet>& tets, con
     Mat9 A;
     if (exact) A = first_piola_derivative(lame, e.Q[d], mean_gradient(o, d, x), plastic_strain[d]);
     const bool bends = d < o.hexahedra && !e.split[d];
-    Mat24 bent;
+    Eigen::Matrix<double, 24, 24> bent;
     if (bends && exact) bent = exact_hexahedron_stiffness(o, d, e.Y[d], e.Q[d], mean_gradient(o, d, x));
     for (int a = o.corner_start[d]; a < o.corner_start[d + 1]; ++a) {
       for (int b = o.corner_start[d]; b < o.corner_start[d + 1]; ++b) {

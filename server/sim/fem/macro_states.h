@@ -3,7 +3,6 @@
 #include "server/sim/fem/patch_elements.h"
 #include "server/sim/fem/rest_body.h"
 #include "server/sim/parallel_for.h"
-#include "server/sim/quad.h"
 
 #include <Eigen/SparseCore>
 
@@ -46,15 +45,6 @@ Mat3 tet_stress(const RestBody& rest, const MacroStates& elements, int t);
 // Q n_i of a tet with the mean of its elements' rotations, times fill [m^2].
 Mat34 tet_normals(const RestBody& rest, const MacroStates& elements, int t);
 Mat3 tet_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_strain, int t);
-
-inline bool of_hexahedron(const MacroElements& m, int corner) { return corner < 8 * m.hexahedra; }
-// Adds factor Q H_ab Q^T of corners a and b of one hexahedron, nothing if it is split.
-void add_hexahedron_block(const MacroElements& m, const MacroStates& states, int a, int b, double factor, Quad (&block)[3]);
-// What tension stiffens between them, as a string's does across it: V g_a . tension g_b, times the identity [N/m]. The law's K has Q
-// frozen and does not see it; a thin body that is pulled then swings across faster than a step follows, and the swing grows: a pane of
-// 1 cm in cells of 10 cm burst at 0.7 % of strain. (Linear tets of that size lock across, so that they do not.) With it f(x) - K dx also turns
-// with the body. Compression would take stiffness away and is left out: positive semi-definite.
-inline double tension_stiffness(const MacroStates& states, int a, int b) { return states.core[a].dot(states.tension[a / 8] * states.core[b]); }
 
 double macro_energy(const RestBody& rest, const MacroStates& elements);  // [J]
 void add_macro_forces(const RestBody& rest, const std::vector<Tet>& tets, const MacroStates& elements,

@@ -1,6 +1,7 @@
 #include "server/sim/fem/hexahedron.h"
 
 #include "server/sim/fem/bdf2.h"
+#include "server/sim/fem/hexahedron_states.h"
 #include "server/sim/fem/rotation.h"
 #include "tests/sim/fem/fem_test_support.h"
 
