@@ -108,6 +108,7 @@ void World::Impl::fill_island_bodies() {
     if (b < soft.size()) {
       if (soft[b].is_empty()) continue;
       bodies[b].system = &soft[b].system;
+      bodies[b].v_before = &soft[b].v_before;
       bodies[b].x = &soft[b].state.x;
       bodies[b].X = &soft[b].X;
       bodies[b].mean_tet_volume = soft[b].mean_tet_volume;

@@ -93,6 +93,7 @@ void SoftBody::follow_tets() {
   collision = contact::make_collision_mesh(tets, X, tet_mass_);
   if (self_contact) self_contact = contact::make_self_contact(collision, X);
   impulse = Eigen::VectorXd::Zero(3 * node_count());
+  v_before.clear();
 }
 
 void SoftBody::draw() {
@@ -184,6 +185,7 @@ bool SoftBody::advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt) {
     command_work_ += dt * command_force_.segment<3>(3 * n).dot(0.5 * (state.v[n] + v_plus.segment<3>(3 * n)));
   }
   x_before_ = state.x;
+  v_before = state.v;
   if (options_.integrator == Integrator::bdf2) {
     was_rough_ = !fem::remembers(state);
     fem::advance_bdf2(v_plus, dt, fixed, state);
@@ -233,6 +235,7 @@ bool SoftBody::is_kinematic() const {
 void SoftBody::stop() {
   for (Vec3& v : state.v) v.setZero();
   for (fem::PrescribedNode& p : prescribed_) p.velocity.setZero();
+  v_before.clear();
   restart();
   was_rough_ = false;
 }

@@ -55,6 +55,7 @@ class SoftBody {
   std::vector<Vec3> X;                          // rest positions in the body's axes; grows with splits
   fem::RestBody rest;
   fem::FemState state;
+  std::vector<Vec3> v_before;                   // velocities before the last step [m/s]; none: not known
   fem::StepSystem system;
   double mean_tet_volume = 0;                   // [m^3]
   linear_solver::MultigridHierarchy hierarchy;  // coarse levels of `system`

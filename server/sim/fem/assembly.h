@@ -55,7 +55,8 @@ class StepSystem {
   Eigen::VectorXd guess;         // 3n: v, with prescribed velocities in place. A solve must start from it, or
                                  // from anything that has the prescribed velocities in place. (From 2 v - v_before BDF2
                                  // needs a quarter fewer iterations, and what the tolerance leaves of that adds 1 % to
-                                 // the energy of a turning body in 0.2 s; what it leaves of v takes some away.)
+                                 // the energy of a turning body in 0.2 s; what it leaves of v takes some away.
+                                 // Held bodies start better: islands/projected_start.h.)
   std::vector<double> row_mass;  // (c + dt a) m, one a node [kg]
   std::vector<char> prescribed;  // one a node
   bool any_prescribed = false;

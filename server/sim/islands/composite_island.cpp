@@ -3,6 +3,7 @@
 #include "server/sim/contact/weight_friction.h"
 #include "server/sim/islands/island_preconditioner.h"
 #include "server/sim/islands/island_system.h"
+#include "server/sim/islands/projected_start.h"
 #include "server/sim/linear_solver/cholesky.h"
 #include "server/sim/mesh/disjoint_sets.h"
 
@@ -51,10 +52,11 @@ linear_solver::SolveReport solve_directly(const IslandSystem& system, const Cont
   return {1, residual, std::isfinite(residual)};
 }
 
-// One solve with the rows as they stand.
+// One solve with the rows as they stand. has_residual: as SolveOptions has it.
 linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactRows& rows, const VectorXd& b_without_rows,
                                       const IslandOptions& options, IslandPreconditioner& preconditioner,
-                                      linear_solver::CgWorkspace& workspace, VectorXd& b, VectorXd& x, const ThreadPool& pool) {
+                                      bool has_residual, linear_solver::CgWorkspace& workspace, VectorXd& b, VectorXd& x,
+                                      const ThreadPool& pool) {
   b = b_without_rows;
   rows.add_to_rhs(b);
   const auto apply = [&](const VectorXd& in, VectorXd& out) { system.multiply(rows, in, out, pool); };
@@ -63,6 +65,7 @@ linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactR
   const auto precondition = [&](const VectorXd& in, VectorXd& out) { preconditioner.apply(in, out); };
   linear_solver::SolveOptions solve = options.solve;
   solve.near_inverse = preconditioner.near_inverse();
+  solve.has_residual = has_residual;
   return linear_solver::conjugate_gradient(std::cref(apply), std::cref(precondition), b, x, solve, workspace, pool, preconditioner.norm(),
                                            preconditioner.blocks());
 }
@@ -152,6 +155,7 @@ struct SolveMemory {
   IslandSystem system;
   ContactRows rows;
   IslandPreconditioner preconditioner;
+  ProjectedStart projected;
   linear_solver::CgWorkspace workspace;
   VectorXd b, b_with_rows, start;
   std::vector<Vec3> u_start, u, missing;
@@ -190,6 +194,8 @@ void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBod
   m.u.resize(rows.size());
   m.preconditioner.assign(system, options.solver, pool);
   solution.solver = m.preconditioner.kind();
+  const bool projected = options.solver != SolverKind::direct && ProjectedStart::has_history(island, bodies);  // then no row: one pass
+  if (projected) m.projected.project(system, bodies[island.soft.front()], m.b, pool, x, m.workspace.r);
   const bool by_weight = std::ranges::any_of(island.rows, [](const ContactRow& row) { return row.weight_speed > 0; });
   const double mass = by_weight ? system.mass() : 0;
   for (bool differs = true; differs && solution.passes < options.passes;) {
@@ -197,7 +203,7 @@ void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBod
     if (by_weight) contact::set_weight_friction(mass, m.u_start, island.rows);
     rows.refresh();
     const linear_solver::SolveReport report =
-        solve_pass(system, rows, m.b, options, m.preconditioner, m.workspace, m.b_with_rows, x, pool);
+        solve_pass(system, rows, m.b, options, m.preconditioner, projected, m.workspace, m.b_with_rows, x, pool);
     solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};
     if (solution.passes == options.passes) break;
     for (int k = 0; k < rows.size(); ++k) m.u[k] = rows.relative_velocity(k, x);

@@ -37,6 +37,7 @@ struct IslandBody {
   // Where the solve starts, if not from the velocities before the step: 3n of a soft body, (v, w) of a rigid one.
   Eigen::VectorXd start;
   bool has_start = false;
+  const std::vector<Vec3>* v_before = nullptr;  // of a soft body: velocities before its last step, if known [m/s]; borrowed
   // Of soft bodies, for preconditioners; those that miss something are not used.
   linear_solver::MultigridHierarchy* hierarchy = nullptr;  // borrowed: the body's coarse levels, made when needed
   const std::vector<Vec3>* x = nullptr;                    // positions before the step [m], borrowed

@@ -73,8 +73,10 @@ SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondi
     return {0, 0, true};
   }
 
-  apply(x, w.Ap);
-  w.r = b - w.Ap;
+  if (!options.has_residual) {
+    apply(x, w.Ap);
+    w.r = b - w.Ap;
+  }
 
   SolveReport report;
   double best = std::numeric_limits<double>::infinity();

@@ -25,6 +25,7 @@ struct SolveOptions {
   // P^-1 is near A^-1, and dear: b . x, which is b . A^-1 b when x is there, stands for |b|^2, so that P^-1 is not applied to b.
   // The residual is infinite where the solve ends at x = 0.
   bool near_inverse = false;
+  bool has_residual = false;  // workspace.r is b - A x already
 };
 
 // residual: |b - A x| / |b| in the norm of the preconditioner, |r| = sqrt(r . P^-1 r), or in the one given. It weighs light and heavy nodes,
