@@ -223,4 +223,11 @@ bool ThreadPool::any_chunk(int count, int chunk, const std::function<bool(int, i
   return found;
 }
 
+int ThreadPool::count_chunks(int count, int chunk, const std::function<int(int, int)>& number) const {
+  std::atomic<int> sum = 0;
+  const auto add = [&](int begin, int end) { sum.fetch_add(number(begin, end), std::memory_order_relaxed); };
+  for_chunks(count, chunk, std::cref(add));
+  return sum;
+}
+
 }  // namespace crumple::sim

@@ -31,6 +31,8 @@ class ThreadPool {
   void for_jobs(int count, const std::function<void(int i)>& body) const;
   // Whether `holds` of any of these ranges; once one does, others may not be asked.
   bool any_chunk(int count, int chunk, const std::function<bool(int begin, int end)>& holds) const;
+  // Sum of what `number` says of these ranges: integers, which have no order.
+  int count_chunks(int count, int chunk, const std::function<int(int begin, int end)>& number) const;
 
  private:
   class Team;

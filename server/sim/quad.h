@@ -119,7 +119,7 @@ inline void transpose(Quad& a, Quad& b, Quad& c, Quad& d) {
 
 // Four rows of N numbers, one after another: to[k] has the k-th of each, and back.
 template <int N>
-void load_rows(const double* p, Quad* to) {
+[[gnu::always_inline]] inline void load_rows(const double* p, Quad* to) {
   for (int k = 0; k + 4 <= N; k += 4) {
     for (int lane = 0; lane < 4; ++lane) to[k + lane] = load_four(p + N * lane + k);
     transpose(to[k], to[k + 1], to[k + 2], to[k + 3]);
@@ -127,7 +127,7 @@ void load_rows(const double* p, Quad* to) {
   for (int k = N - N % 4; k < N; ++k) to[k] = Quad{p[k], p[N + k], p[2 * N + k], p[3 * N + k]};
 }
 template <int N>
-void store_rows(const Quad* from, double* p) {
+[[gnu::always_inline]] inline void store_rows(const Quad* from, double* p) {
   for (int k = 0; k + 4 <= N; k += 4) {
     Quad four[4] = {from[k], from[k + 1], from[k + 2], from[k + 3]};
     transpose(four[0], four[1], four[2], four[3]);

@@ -112,7 +112,7 @@ Energies World::energies() const {
 int World::inverted(BodyId body) const {
   assert(impl_->places[body].model == BodyModel::fem);
   const SoftBody& soft = impl_->soft[impl_->places[body].index];
-  return fem::inverted_count(soft.tets, soft.state.x);
+  return fem::inverted_count(soft.tets, soft.state.x, impl_->pool);
 }
 
 FemView World::fem(BodyId body) const {

@@ -118,7 +118,7 @@ double SoftTrial::spin() const {
   return angular_momentum().norm() / (2.0 / 3 * second_moment);
 }
 
-int SoftTrial::inverted() const { return inverted_count(mesh.tets, state.x); }
+int SoftTrial::inverted() const { return inverted_count(mesh.tets, state.x, pool); }
 
 double SoftTrial::shape_error() const {
   const double n = static_cast<double>(mesh.X.size());

@@ -17,6 +17,7 @@ struct Entry {
   bool passes;
 };
 std::optional<Entry> entry_of(std::span<Encounter> one) {
+  static_assert(alignof(Encounter) <= alignof(std::max_align_t));  // g++ 12 sorts in memory that is aligned no further
   std::ranges::stable_sort(one, {}, &Encounter::t);
   const auto first = std::ranges::find_if(one, [](const Encounter& e) { return e.t >= 0; });
   if (first == one.end()) return std::nullopt;

@@ -16,7 +16,7 @@ struct Encounter {
   double t;                  // below 0: where it would have been before the step, moving as it does
   bool enters;               // or leaves
   Vec3 normal;               // unit, out of the other's surface
-  Eigen::Vector4d weights;   // of own, then of the other's points; positive
+  Eigen::Matrix<double, 4, 1, Eigen::DontAlign> weights;  // of own, then of the other's points; positive
   Vec3 relative;             // way of own less that of the other [m]
 };
 

@@ -331,6 +331,12 @@ void set_prescribed(const FemState& state, std::span<const PrescribedNode> presc
   s.any_prescribed = !prescribed.empty();
 }
 
+bool differ(const std::vector<Tet>& a, const std::vector<Tet>& b, const ThreadPool& pool) {
+  constexpr int kTetsPerLook = 4096;
+  const auto chunk = [&](int begin, int end) { return !std::equal(a.begin() + begin, a.begin() + end, b.begin() + begin); };
+  return a.size() != b.size() || pool.any_chunk(static_cast<int>(a.size()), kTetsPerLook, std::cref(chunk));
+}
+
 }  // namespace
 
 StepSystem::StepSystem(bool float_matrix) {
@@ -371,7 +377,7 @@ void assemble(const RestBody& rest, const std::vector<Tet>& tets, const FemState
   const double dt = formula.dt;
   assert(dt > 0 && f_ext.size() == 3 * n && static_cast<int>(state.v.size()) == n && rest.node_count() == n);
   assert(formula.w.size() == state.x.size() && formula.x_known.size() == state.x.size());
-  if (system.node_count() != n || system.tets != tets) rebuild(rest, tets, n, system);
+  if (system.node_count() != n || differ(system.tets, tets, pool)) rebuild(rest, tets, n, system);
   set_prescribed(state, prescribed, system);
   system.scale = {dt, formula.mass, formula.position};
   update_elements(rest, tets, formula.x_linear, state.plastic_strain, pool, system.elements);

@@ -28,7 +28,7 @@ void store_corners(const QuadMatrix& a, Mat34* to) {
 }  // namespace
 
 bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int t, std::span<const Vec3> x,
-                         const std::vector<Mat3>& plastic_strain, Elements& e) {
+                         const std::vector<Mat3>& plastic_strain, Elements& e, double& energy) {
   if (!rest.beta_clamped.empty()) return false;
   const QuadMatrix beta = load(&rest.beta[t]);
   const QuadMatrix F = product(edge_matrices(tets, t, x), beta);
@@ -40,6 +40,7 @@ bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int
   QuadMatrix turn = law.Q, P = product(law.Q, law.stress);
   for (Quad& q : turn.m) q *= -root;
   for (Quad& p : P.m) p *= -scale;
+  energy += sum_of_lanes(scale * law.energy_density())[0];
   store(law.Q, &e.Q[t]);
   store(law.sigma, &e.sigma[t]);
   store_corners(product_transposed(turn, beta), &e.core[t]);

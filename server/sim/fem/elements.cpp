@@ -11,14 +11,16 @@
 #include <cassert>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 namespace crumple::sim::fem {
 
 namespace {
 
-constexpr int kTetsPerChunk = 256;
+constexpr int kTetsPerChunk = Elements::kTetsPerChunk;
 
-void update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& plastic_strain, Elements& e) {
+// Returns the tet's elastic energy [J].
+double update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& plastic_strain, Elements& e) {
   const auto [Q, sigma, stress] = tet_law(rest, t, x, plastic_strain);
   // f_i = fill Q sigma n_i / 3 = sqrt(fill V) Q sigma c_i
   const Mat3 P = std::sqrt(rest.fill[t] * rest.volume[t]) * (Q * stress);
@@ -29,6 +31,7 @@ void update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& pla
   // Normals of a closed surface sum to zero; so, exactly, do these.
   e.core[t].col(0) = -e.core[t].rightCols<3>().rowwise().sum();
   e.force[t].col(0) = -e.force[t].rightCols<3>().rowwise().sum();
+  return rest.fill[t] * rest.volume[t] * energy_density_of_stress(rest.lame_of(t), sigma);
 }
 
 void add_tet_stiffness(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
@@ -95,6 +98,7 @@ void Elements::resize(int tet_count) {
   sigma.resize(tet_count);
   force.resize(tet_count);
   core.resize(tet_count);
+  chunk_energy.resize((tet_count + kTetsPerChunk - 1) / kTetsPerChunk);
 }
 
 Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q) {
@@ -109,10 +113,12 @@ void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const s
   if (rest.grouped()) return update_macros(rest, tets, x, plastic_strain, pool, elements.macros);
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
+    double energy = 0;
     for (int t = begin; t < end; t += 4) {
-      if (t + 4 <= end && update_element_quad(rest, tets, t, x, plastic_strain, elements)) continue;
-      for (int k = t; k < std::min(t + 4, end); ++k) update_element(rest, k, gather(x, tets[k]), plastic_strain[k], elements);
+      if (t + 4 <= end && update_element_quad(rest, tets, t, x, plastic_strain, elements, energy)) continue;
+      for (int k = t; k < std::min(t + 4, end); ++k) energy += update_element(rest, k, gather(x, tets[k]), plastic_strain[k], elements);
     }
+    elements.chunk_energy[begin / kTetsPerChunk] = energy;
   };
   pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(body));
 }
@@ -125,14 +131,17 @@ void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std:
   if (rest.grouped()) return flow_macros(rest, tets, x, creep, pool, plastic_strain, elements.macros);
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
+    double sum = 0;
     for (int t = begin; t < end; ++t) {
       const Mat34 x_t = gather(x, tets[t]);
       const FemMaterial& m = rest.material_of(t);
       const double c = creep[rest.heterogeneous() ? rest.material_id[t] : 0];
-      update_element(rest, t, x_t, plastic_strain[t], elements);
+      double energy = update_element(rest, t, x_t, plastic_strain[t], elements);
       if (flow(m.flow, element_strain(rest, t, x_t, elements.Q[t]), m.yield, c, m.max_plastic, plastic_strain[t]))
-        update_element(rest, t, x_t, plastic_strain[t], elements);
+        energy = update_element(rest, t, x_t, plastic_strain[t], elements);
+      sum += energy;
     }
+    elements.chunk_energy[begin / kTetsPerChunk] = sum;
   };
   pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(body));
 }
@@ -172,16 +181,15 @@ double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const 
 
 double elastic_energy(const RestBody& rest, const Elements& elements) {
   if (rest.grouped()) return macro_energy(rest, elements.macros);
-  double energy = 0;
-  for (int t = 0; t < rest.tet_count(); ++t)
-    energy += rest.fill[t] * rest.volume[t] * energy_density_of_stress(rest.lame_of(t), elements.sigma[t]);
-  return energy;
+  return std::accumulate(elements.chunk_energy.begin(), elements.chunk_energy.end(), 0.0);
 }
 
-int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x) {
-  int count = 0;
-  for (const Tet& tet : tets) count += edge_matrix(gather(x, tet)).determinant() < 0;
-  return count;
+int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x, const ThreadPool& pool) {
+  const auto inverted = [&](int begin, int end) {
+    return static_cast<int>(std::count_if(tets.begin() + begin, tets.begin() + end,
+                                          [&](const Tet& tet) { return edge_matrix(gather(x, tet)).determinant() < 0; }));
+  };
+  return pool.count_chunks(static_cast<int>(tets.size()), kTetsPerChunk, std::cref(inverted));
 }
 
 Eigen::SparseMatrix<double> tangent_stiffness(const RestBody& rest, const std::vector<Tet>& tets,

@@ -20,8 +20,10 @@ struct Elements {
   std::vector<Mat3> sigma;   // elastic stress in the tet's unrotated axes [Pa]
   std::vector<Mat34> force;  // elastic force on each of the tet's nodes, in W [N]
   std::vector<Mat34> core;   // Q c_i: RestBody::core in world axes
+  std::vector<double> chunk_energy;  // elastic energy of kTetsPerChunk tets each, as of the last pass [J]
   MacroStates macros;
 
+  static constexpr int kTetsPerChunk = 256;
   void resize(int tet_count);
   bool is_of(const RestBody& rest) const;  // not before the first update, nor after elements were parted
   // Corners of all elements in a row: 4 tet + local node, or those of groups and patches.
@@ -70,11 +72,11 @@ void elastic_forces(const RestBody& rest, const std::vector<Tet>& tets, const st
 double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                       const std::vector<Mat3>& plastic_strain);
 
-// The same, from the stresses of `elements`: at the positions of its last update.
+// The same at the positions of the last pass over `elements`, which has computed it.
 double elastic_energy(const RestBody& rest, const Elements& elements);
 
 // Tets of negative volume at x.
-int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x);
+int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x, const ThreadPool& pool);
 
 // -df/dx of a whole body, 3n x 3n, both triangles. fixed_rotation: eq. 2, positive semi-definite; exact: with dQ/dF,
 // may be indefinite. For statics and modes; a step assembles with assembly.h.

@@ -38,6 +38,11 @@ Mask nonzero(const QuadMatrix& a) {
 
 }  // namespace
 
+Quad QuadLaw::energy_density() const {
+  const Quad share = lambda_ / (3 * lambda_ + 2 * mu_), trace = sigma(0, 0) + sigma(1, 1) + sigma(2, 2);
+  return (squared_norm(sigma) - share * trace * trace) / (4 * mu_);
+}
+
 bool QuadLaw::update(const QuadMatrix& F, const QuadMatrix& plastic_strain) {
   const QuadMatrix C = cofactors(F);
   const Quad det = first_column_dot(C, F), norm2 = squared_norm(F);

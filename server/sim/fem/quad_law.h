@@ -24,6 +24,7 @@ class QuadLaw {
   bool update(const QuadMatrix& F, const QuadMatrix& plastic_strain);
 
   Quad mu() const { return mu_; }
+  Quad energy_density() const;  // of sigma, as energy_density_of_stress has it
 
   QuadMatrix Q, sigma;  // as Elements has them
   QuadMatrix stress;    // sigma and what balances the moment of the forces (moment_balance)

@@ -131,19 +131,22 @@ void CompositeMultigrid::make_coarser_level(Level& fine, Level& coarse) {
 }
 
 void CompositeMultigrid::prepare(Level& level) {
-  bound_.clear();
-  bound_.reserve(level.blocks);
-  for (const LevelPart& part : level.parts) bound_.insert(bound_.end(), part.diagonal.begin(), part.diagonal.end());
-  bound_.insert(bound_.end(), rigid_.begin(), rigid_.end());
+  bound_.resize(level.blocks);
   level.diagonal.resize(level.blocks);
   level.smoother.resize(level.blocks);
-  for (int i = 0; i < level.blocks; ++i) level.diagonal[i] = LaneBlock(bound_[i]);
+  for (std::vector<Lanes>* v : {&level.b, &level.x, &level.next, &level.d}) v->resize(level.blocks);
+  const auto gather = [&](int begin, int end) {
+    for (const LevelPart& part : level.parts)
+      for (int i = std::max(begin, part.first); i < std::min(end, part.first + part.count); ++i) bound_[i] = part.diagonal[i - part.first];
+    for (int i = std::max(begin, level.rigid_first); i < end; ++i) bound_[i] = rigid_[i - level.rigid_first];
+    for (int i = begin; i < end; ++i) level.diagonal[i] = LaneBlock(bound_[i]);
+  };
+  pool_->for_chunks(level.blocks, kRowsPerChunk, std::cref(gather));
   level.rows.add_bound(1 / high_, bound_);
   const auto invert = [&](int begin, int end) {
     for (int i = begin; i < end; ++i) level.smoother[i] = inverse_or_identity(bound_[i]);
   };
   pool_->for_chunks(level.blocks, kRowsPerChunk, std::cref(invert));
-  for (std::vector<Lanes>* v : {&level.b, &level.x, &level.next, &level.d}) v->assign(level.blocks, Lanes{});
 }
 
 void CompositeMultigrid::factor_coarsest() {

@@ -2,57 +2,75 @@
 
 #include <cassert>
 #include <cmath>
+#include <functional>
 
 namespace crumple::sim::islands {
 namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kSame = 1e-12;  // of a direction's squared norm: what is left of it when it is a multiple of another
-
-// The entries of prescribed nodes become zero: their rows are coupled to no other.
-void leave_out(const std::vector<char>& prescribed, VectorXd& v) {
-  for (std::size_t i = 0; i < prescribed.size(); ++i)
-    if (prescribed[i]) v.segment<3>(3 * static_cast<Eigen::Index>(i)).setZero();
-}
-
-// To the nearest point along d. d_A_d: d . A d.
-void move_along(const VectorXd& d, const VectorXd& A_d, double d_A_d, VectorXd& x, VectorXd& r) {
-  const double step = d.dot(r) / d_A_d;
-  if (!std::isfinite(step)) return;
-  x += step * d;
-  r -= step * A_d;
-}
+constexpr int kNodesPerChunk = 512;
+constexpr double kSame = 1e-10;  // of the change's squared norm: what is left of it when it is a multiple of the level
 
 }  // namespace
 
 bool ProjectedStart::has_history(const CompositeIsland& island, std::span<const IslandBody> bodies) {
   if (!island.rows.empty() || !island.rigid.empty() || island.soft.size() != 1) return false;
   const IslandBody& body = bodies[island.soft.front()];
-  return body.system->any_prescribed && !body.has_start && body.v_before && static_cast<int>(body.v_before->size()) == body.system->node_count();
+  return body.system->any_prescribed && !body.has_start && body.v_before &&
+         static_cast<int>(body.v_before->size()) == body.system->node_count();
 }
 
 void ProjectedStart::project(const IslandSystem& system, const IslandBody& body, const VectorXd& b, const ThreadPool& pool, VectorXd& x,
                              VectorXd& r) {
-  assert(static_cast<Eigen::Index>(3 * body.v_before->size()) == x.size());
-  const std::vector<char>& prescribed = body.system->prescribed;
-  A_level_.resize(x.size());
-  A_change_.resize(x.size());
-  system.multiply(x, A_level_, pool);
-  r = b - A_level_;
-  level_ = x;
-  change_ = x - Eigen::Map<const VectorXd>(body.v_before->data()->data(), x.size());
-  for (VectorXd* v : {&level_, &A_level_, &change_}) leave_out(prescribed, *v);
+  const std::vector<Vec3>& v_before = *body.v_before;
+  const int count = static_cast<int>(v_before.size());
+  assert(3 * count == x.size());
+  for (VectorXd* v : {&level_, &A_level_, &change_, &A_change_}) v->resize(x.size());
+  sums_.resize((count + kNodesPerChunk - 1) / kNodesPerChunk);
+  const auto sum = [&](int k) {
+    double total = 0;
+    for (const std::array<double, 3>& chunk : sums_) total += chunk[k];
+    return total;
+  };
 
-  const double level = level_.dot(A_level_);
-  if (!(level > 0)) return;
-  move_along(level_, A_level_, level, x, r);
+  system.multiply(x, A_level_, pool);
+  const auto look_back = [&](int begin, int end) {
+    const int first = 3 * begin, n = 3 * (end - begin);
+    r.segment(first, n) = b.segment(first, n) - A_level_.segment(first, n);
+    for (int i = begin; i < end; ++i) {
+      const bool free = !body.system->prescribed[i];  // rows of others are coupled to none
+      level_.segment<3>(3 * i) = free ? Vec3(x.segment<3>(3 * i)) : Vec3::Zero();
+      change_.segment<3>(3 * i) = free ? Vec3(x.segment<3>(3 * i) - v_before[i]) : Vec3::Zero();
+      if (!free) A_level_.segment<3>(3 * i).setZero();
+    }
+    sums_[begin / kNodesPerChunk] = {level_.segment(first, n).dot(A_level_.segment(first, n)), level_.segment(first, n).dot(r.segment(first, n)),
+                                     change_.segment(first, n).dot(r.segment(first, n))};
+  };
+  pool.for_chunks(count, kNodesPerChunk, std::cref(look_back));
+  const double level_level = sum(0), level_r = sum(1), change_r = sum(2);
+  if (!(level_level > 0)) return;
+
   system.multiply(change_, A_change_, pool);
-  const double all = change_.dot(A_change_), shared = level_.dot(A_change_) / level;
-  change_ -= shared * level_;
-  A_change_ -= shared * A_level_;
-  const double own = change_.dot(A_change_);
-  if (own > kSame * all) move_along(change_, A_change_, own, x, r);
+  const auto measure = [&](int begin, int end) {
+    const int first = 3 * begin, n = 3 * (end - begin);
+    const auto A_change = A_change_.segment(first, n);
+    sums_[begin / kNodesPerChunk] = {level_.segment(first, n).dot(A_change), change_.segment(first, n).dot(A_change), 0};
+  };
+  pool.for_chunks(count, kNodesPerChunk, std::cref(measure));
+  const double level_change = sum(0), change_change = sum(1);
+
+  // The normal equations of a v + b (v - v_before), b first.
+  const double own = change_change - level_change * level_change / level_level;
+  const double of_change = own > kSame * change_change ? (change_r - level_change / level_level * level_r) / own : 0;
+  const double of_level = (level_r - level_change * of_change) / level_level;
+  if (!std::isfinite(of_level) || !std::isfinite(of_change)) return;
+  const auto move = [&](int begin, int end) {
+    const int first = 3 * begin, n = 3 * (end - begin);
+    x.segment(first, n) += of_level * level_.segment(first, n) + of_change * change_.segment(first, n);
+    r.segment(first, n) -= of_level * A_level_.segment(first, n) + of_change * A_change_.segment(first, n);
+  };
+  pool.for_chunks(count, kNodesPerChunk, std::cref(move));
 }
 
 }  // namespace crumple::sim::islands

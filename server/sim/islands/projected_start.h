@@ -4,6 +4,9 @@
 
 #include <Eigen/Core>
 
+#include <array>
+#include <vector>
+
 namespace crumple::sim::islands {
 
 // Where the solve of a body starts that hangs on prescribed nodes and touches nothing: of all v + a v + b (v - v_before), v and v_before its velocities one and two
@@ -23,7 +26,8 @@ class ProjectedStart {
                Eigen::VectorXd& r);
 
  private:
-  Eigen::VectorXd level_, A_level_, change_, A_change_;
+  Eigen::VectorXd level_, A_level_, change_, A_change_;  // v and v - v_before, zero where prescribed
+  std::vector<std::array<double, 3>> sums_;              // one a chunk
 };
 
 }  // namespace crumple::sim::islands

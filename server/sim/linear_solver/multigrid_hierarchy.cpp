@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <type_traits>
 #include <utility>
 
 namespace crumple::sim::linear_solver {
@@ -55,11 +56,16 @@ void MultigridHierarchy::update(const BlockSparseMatrix<Scalar>& A, std::span<co
   assert(static_cast<int>(X.size()) == A.rows() && held.size() == X.size());
   if (!std::ranges::equal(A.row_start(), row_start_) || !std::ranges::equal(A.columns(), columns_) || !std::ranges::equal(held, held_))
     follow({A.row_start(), A.columns()}, X, held, mean_tet_volume);
-  finest_.resize(9 * static_cast<std::size_t>(A.block_count()) + 1);
-  pool.for_chunks(A.block_count(), kBlocksPerChunk, [&](int begin, int end) {
-    std::transform(A.values() + 9 * begin, A.values() + 9 * end, finest_.begin() + 9 * begin, [](Scalar s) { return static_cast<float>(s); });
-  });
-  const float* values = finest_.data();
+  if constexpr (std::is_same_v<Scalar, float>) {
+    values_ = A.values();
+  } else {
+    finest_.resize(9 * static_cast<std::size_t>(A.block_count()) + 1);
+    pool.for_chunks(A.block_count(), kBlocksPerChunk, [&](int begin, int end) {
+      std::transform(A.values() + 9 * begin, A.values() + 9 * end, finest_.begin() + 9 * begin, [](Scalar s) { return static_cast<float>(s); });
+    });
+    values_ = finest_.data();
+  }
+  const float* values = values_;
   std::span<const Mat3> diagonal = A.diagonal();
   for (Level& level : levels_) {
     level.product.update(values, diagonal, level.A, pool);

@@ -8,7 +8,7 @@
 namespace crumple::sim::linear_solver {
 
 // The coarse levels of one body: lattices over its rest shape, each twice as wide as the one before, and Galerkin
-// operators on them. Level 0 is the body's own matrix, of which a copy in single precision is kept. Structure is a function of topology and held nodes,
+// operators on them. Level 0 is the body's own matrix, of which a copy in single precision is kept if it is in double. Structure is a function of topology and held nodes,
 // values of the matrix, alone, so that a step does not depend on steps before it: after a split what is far from it is taken over, which
 // is what making it anew would give, bit for bit.
 class MultigridHierarchy {
@@ -26,13 +26,14 @@ class MultigridHierarchy {
               const ThreadPool& pool);
 
   const std::vector<Level>& levels() const { return levels_; }
-  const float* finest() const { return finest_.data(); }  // values() of A in single precision, as of the last update
+  const float* finest() const { return values_; }  // values() of A in single precision, as of the last update; of A itself if it has that
 
  private:
   void follow(const LevelGraph& graph, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume);
 
   std::vector<Level> levels_;
   std::vector<float> finest_;
+  const float* values_ = nullptr;
   // What they were made of.
   std::vector<char> held_;
   std::vector<Vec3> X_;

@@ -21,12 +21,13 @@ struct Shaken {
   }
 };
 
-// All tets from `first` on, by fours.
+// All tets from `first` on, by fours; their energy in chunk_energy[0].
 Elements by_fours(const Shaken& body, const RestBody& rest, int first) {
   Elements elements;
   elements.resize(rest.tet_count());
+  double& energy = elements.chunk_energy[0];
   for (int t = first; t + 4 <= rest.tet_count(); t += 4)
-    EXPECT_TRUE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements));
+    EXPECT_TRUE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements, energy));
   return elements;
 }
 
@@ -45,6 +46,9 @@ TEST(ElementQuad, EqualsTheFormulasOfOneTet) {
     EXPECT_LT((elements.force[t] - force).norm(), 1e-12 * force.norm());
     EXPECT_LT((elements.core[t] - Q * rest.core[t]).norm(), 1e-13 * rest.core[t].norm());
   }
+  const double energy = elastic_energy(rest, body.mesh.tets, body.state.x, body.state.plastic_strain);
+  ASSERT_EQ(rest.tet_count() % 4, 0);
+  EXPECT_NEAR(elements.chunk_energy[0], energy, 1e-12 * energy);
 }
 
 TEST(ElementQuad, LeavesWhatIsNearlySingularToTheOthers) {
@@ -52,13 +56,14 @@ TEST(ElementQuad, LeavesWhatIsNearlySingularToTheOthers) {
   const RestBody rest = test::rest_body(body.mesh, FemMaterial{}, 1e9);
   Elements elements;
   elements.resize(rest.tet_count());
+  double energy = 0;
   for (Vec3& x : body.state.x) x.z() = 0;  // flat
-  EXPECT_FALSE(update_element_quad(rest, body.mesh.tets, 0, body.state.x, body.state.plastic_strain, elements));
+  EXPECT_FALSE(update_element_quad(rest, body.mesh.tets, 0, body.state.x, body.state.plastic_strain, elements, energy));
   for (Vec3& x : body.state.x) x = Vec3(-x.x(), x.y(), x.x());
-  EXPECT_FALSE(update_element_quad(rest, body.mesh.tets, 4, body.state.x, body.state.plastic_strain, elements));
+  EXPECT_FALSE(update_element_quad(rest, body.mesh.tets, 4, body.state.x, body.state.plastic_strain, elements, energy));
   body.state.x[3] = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
   for (int t = 0; t + 4 <= rest.tet_count(); t += 4)
-    EXPECT_FALSE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements));
+    EXPECT_FALSE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements, energy));
 }
 
 // Several materials in the lanes: constants, rotation rule and the moment's balance are each tet's own.
@@ -94,11 +99,12 @@ TEST(ElementQuad, LanesHaveTheirOwnMaterials) {
   }
   // Squeezed below 6 %, the paper's rule needs QR: such tets are left to the others, and those of the default rule are not.
   const Mat3 squeeze = Vec3(0.05, 1, 1).asDiagonal();
+  double energy = 0;
   for (std::size_t i = 0; i < body.state.x.size(); ++i) body.state.x[i] = squeeze * body.mesh.X[i];
   for (int t = 0; t + 4 <= rest.tet_count(); t += 4) {
     bool papers = false;
     for (int k = t; k < t + 4; ++k) papers |= rest.material_of(k).rotation == RotationRule::polar_qr;
-    EXPECT_EQ(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements), !papers);
+    EXPECT_EQ(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements, energy), !papers);
   }
 }
 

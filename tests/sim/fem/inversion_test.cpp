@@ -59,7 +59,7 @@ Outcome recover(const std::function<Vec3(const Vec3&)>& deform, RotationRule rul
     }
     outcome.largest_kinetic = std::max(outcome.largest_kinetic, test::kinetic_energy(rest, state));
   }
-  outcome.inverted = inverted_count(mesh.tets, state.x);
+  outcome.inverted = inverted_count(mesh.tets, state.x, ThreadPool(1));
   outcome.shape_error = shape_error(mesh, state.x);
   outcome.kinetic = test::kinetic_energy(rest, state);
   outcome.elastic = elastic_energy(rest, mesh.tets, state.x, state.plastic_strain);

@@ -81,7 +81,7 @@ TEST(WarpedFactor, IsSymmetricAndPositiveDefiniteForAnyPositionsOfTheNodes) {
   std::uniform_real_distribution<double> anywhere(-1, 1);
   for (Vec3& x : scene.soft[0].state.x) x = Vec3(anywhere(random), anywhere(random), anywhere(random));  // half of the tets are inverted
   const auto bodies = scene.assemble();
-  ASSERT_GT(fem::inverted_count(scene.soft[0].mesh.tets, scene.soft[0].state.x), 10);
+  ASSERT_GT(fem::inverted_count(scene.soft[0].mesh.tets, scene.soft[0].state.x, *scene.pool), 10);
   fem::WarpedFactor& factor = scene.soft[0].factor;
   ASSERT_TRUE(factor.update(scene.soft[0].rest, scene.soft[0].mesh.X, scene.soft[0].system, *scene.pool));
   const int n = 3 * scene.soft[0].mesh.node_count();
@@ -285,10 +285,10 @@ TEST(WarpedFactor, AMirroredBodyComesBackAsWithTheDirectSolver) {
     SoftBody& body = scene.soft[0];
     for (Vec3& x : body.state.x) x.z() *= -1;
     for (Vec3& v : body.state.v) v.setZero();
-    ASSERT_EQ(fem::inverted_count(body.mesh.tets, body.state.x), body.mesh.tet_count());
+    ASSERT_EQ(fem::inverted_count(body.mesh.tets, body.state.x, ThreadPool(1)), body.mesh.tet_count());
     scene.run(3);
     energy[k] = fem::elastic_energy(body.rest, body.mesh.tets, body.state.x, body.state.plastic_strain);
-    inverted[k] = fem::inverted_count(body.mesh.tets, body.state.x);
+    inverted[k] = fem::inverted_count(body.mesh.tets, body.state.x, ThreadPool(1));
   }
   EXPECT_EQ(inverted[0], inverted[1]);
   EXPECT_NEAR(energy[0], energy[1], 0.05 * energy[1]);  // of 4 J; the tolerance of 1e-3 in 180 steps
@@ -303,7 +303,7 @@ TEST(WarpedFactor, AStiffBarThatSpinsKeepsItsMomentumAndItsShape) {
   const Vec3 before = body.momentum();
   scene.run(2);
   EXPECT_LT((body.momentum() - before).norm(), 1e-9 * body.mass());
-  EXPECT_EQ(fem::inverted_count(body.mesh.tets, body.state.x), 0);
+  EXPECT_EQ(fem::inverted_count(body.mesh.tets, body.state.x, ThreadPool(1)), 0);
   double longest = 0;
   for (const Vec3& x : body.state.x) longest = std::max(longest, (x - body.centre()).norm());
   EXPECT_NEAR(longest, 0.4, 0.02);

@@ -128,5 +128,13 @@ TEST(ThreadPool, AFewJobsWithLoopsInsideFinishWhateverTheirSizes) {
   }
 }
 
+TEST(ThreadPool, CountsOverAllRangesWhateverTheThreads) {
+  for (const int threads : {1, 3}) {
+    const ThreadPool pool(threads);
+    EXPECT_EQ(pool.count_chunks(1000, 7, [](int begin, int end) { return end - begin; }), 1000);
+    EXPECT_EQ(pool.count_chunks(0, 7, [](int, int) { return 1; }), 0);
+  }
+}
+
 }  // namespace
 }  // namespace crumple::sim
