@@ -76,6 +76,12 @@ Knob levels(std::vector<std::string> names, const std::string& heavy) {
   return knob;
 }
 
+Knob enclosing(std::vector<double> cell_sizes, double heavy_below) {
+  Knob knob{"cell", {}, [](Setup& s, double v) { s.enclosing = v; }};
+  for (const double size : cell_sizes) knob.values.push_back({size, text(1000 * size, " mm"), size < heavy_below});
+  return knob;
+}
+
 Knob grid(std::vector<double> dts, std::vector<double> tolerances, double heavy_below) {
   // A value is the pair's number: both go to zero along the list.
   Knob knob{"dt, tolerance", {}, [=](Setup& s, double v) {

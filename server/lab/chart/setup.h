@@ -42,6 +42,7 @@ struct Setup {
   double strain = 0;               // of a material point [-]
   std::string case_name, level, field;  // of the yardstick
   double poisson = 0;              // of a case that lists several [-]
+  double enclosing = 0;            // cell of a lattice that carries the case instead of its mesh [m]; 0: its mesh
   int seed = 1;                    // of a chaotic scene
 };
 
@@ -69,6 +70,7 @@ Knob phi();
 Knob kappa();
 Knob strain();
 Knob levels(std::vector<std::string> names, const std::string& heavy = "");
+Knob enclosing(std::vector<double> cell_sizes, double heavy_below);
 Knob grid(std::vector<double> dts, std::vector<double> tolerances, double heavy_below);  // dt x CG tolerance
 }  // namespace knobs
 

@@ -1,0 +1,58 @@
+#include "server/lab/enclosed_case.h"
+
+#include "server/authoring/enclosing_mesh.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace crumple::lab {
+namespace {
+
+// The nodes on the outside of a tet mesh, and its faces.
+sim::SurfaceMesh surface_of(const sim::TetMesh& mesh) {
+  sim::SurfaceMesh surface;
+  std::vector<int> id(mesh.X.size(), -1);
+  for (const sim::SurfaceFace& face : sim::surface_faces(mesh.tets)) {
+    Triangle triangle = face.nodes;
+    for (int& node : triangle) {
+      if (id[node] < 0) {
+        id[node] = static_cast<int>(surface.vertices.size());
+        surface.vertices.push_back(mesh.X[node]);
+      }
+      node = id[node];
+    }
+    surface.triangles.push_back(triangle);
+  }
+  return surface;
+}
+
+}  // namespace
+
+std::vector<Vec3> EnclosedCase::carried(std::span<const Vec3> displacements) const {
+  std::vector<Vec3> out(embedding.tet.size());
+  sim::embedded_positions(embedding, level.mesh.tets, displacements, out);
+  return out;
+}
+
+Result<EnclosedCase> enclose(const Level& stored, const Vec3& gravity, double density, double cell_size) {
+  if (stored.dirichlet.empty()) return invalid("supports", "are none: what hangs must be held");
+  auto made = authoring::enclosing_mesh(surface_of(stored.mesh), {.cell_size = cell_size});
+  if (!made) return std::unexpected(made.error());
+  EnclosedCase enclosed{.level = {.mesh = std::move(made->mesh)}};
+  const sim::TetMesh& mesh = enclosed.level.mesh;
+  const Vec3 down = gravity.normalized();
+  double held = -std::numeric_limits<double>::infinity();
+  for (const Dirichlet& d : stored.dirichlet) held = std::max(held, down.dot(stored.mesh.X[d.node]));
+  for (int n = 0; n < mesh.node_count(); ++n)
+    for (int dof = 0; down.dot(mesh.X[n]) < held && dof < 3; ++dof) enclosed.level.dirichlet.push_back({n, dof, 0});
+
+  enclosed.level.loads = Eigen::VectorXd::Zero(3 * mesh.node_count());
+  for (int t = 0; t < mesh.tet_count(); ++t) {
+    const Vec3 weight = density * mesh.fill[t] * sim::signed_volume(mesh, t) * gravity;
+    for (int node : mesh.tets[t]) enclosed.level.loads.segment<3>(3 * node) += weight / 4;
+  }
+  enclosed.embedding = sim::embed(stored.mesh.X, mesh);
+  return enclosed;
+}
+
+}  // namespace crumple::lab

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "server/lab/yardstick_case.h"
+#include "server/sim/mesh/embedding.h"
+
+#include <span>
+#include <vector>
+
+namespace crumple::lab {
+
+// A stored case that hangs by its own weight, carried by an enclosing lattice (authoring/enclosing_mesh.h) instead of the mesh that
+// fits its surface: what the product makes of a surface that has no tets.
+struct EnclosedCase {
+  Level level;                // the lattice; held where it lies below the highest held node of the stored mesh, against gravity
+  sim::Embedding embedding;   // of the stored mesh's nodes
+
+  // Displacements of the stored mesh's nodes [m].
+  std::vector<Vec3> carried(std::span<const Vec3> displacements) const;
+};
+
+// gravity [m/s^2], density [kg/m^3], cell_size [m]. Errors: a mesh without a held node, and those of enclosing_mesh.
+Result<EnclosedCase> enclose(const Level& stored, const Vec3& gravity, double density, double cell_size);
+
+}  // namespace crumple::lab
