@@ -385,7 +385,7 @@ int main(int argc, char** argv) {
   b->add_option("--collision", bench.collision, "of example-based bodies, instead of the scene's (benchmark scenes: parts)")->check(CLI::IsMember({"triangles", "parts", "tets"}));
   b->add_option("--seed", bench.seed, "barrels, pachinko, pegs, space")->capture_default_str();
   b->add_option("--solver", bench.solver, "instead of the scene's")->check(CLI::IsMember({"automatic", "jacobi", "rigid-modes", "multigrid", "warped-factor", "direct"}));
-  b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's")->check(CLI::IsMember({"double", "float"}));
+  b->add_option("--precision", bench.precision, "of the matrix, instead of the scene's or what the bodies allow")->check(CLI::IsMember({"double", "float"}));
   b->add_option("--tolerance", bench.tolerance, "relative residual of the solves, instead of the materials'")->check(CLI::Range(1e-14, 0.5));
   b->add_option("--integrator", bench.integrator, "instead of the scene's")->check(CLI::IsMember({"backward_euler", "bdf2"}));
   b->add_option("--rigid-iterations", bench.rigid_iterations, "of the rigid solver at most, instead of the scene's")->check(CLI::Range(1, 10'000));

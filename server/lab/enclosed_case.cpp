@@ -1,5 +1,6 @@
 #include "server/lab/enclosed_case.h"
 
+#include "common/text.h"
 #include "server/authoring/enclosing_mesh.h"
 
 #include <algorithm>
@@ -35,6 +36,7 @@ std::vector<Vec3> EnclosedCase::carried(std::span<const Vec3> displacements) con
 }
 
 Result<EnclosedCase> enclose(const Level& stored, const Vec3& gravity, double density, double cell_size) {
+  if (!(gravity.norm() > 0)) return invalid("gravity", "is zero, must pull at what hangs");
   if (stored.dirichlet.empty()) return invalid("supports", "are none: what hangs must be held");
   auto made = authoring::enclosing_mesh(surface_of(stored.mesh), {.cell_size = cell_size});
   if (!made) return std::unexpected(made.error());
@@ -45,6 +47,8 @@ Result<EnclosedCase> enclose(const Level& stored, const Vec3& gravity, double de
   for (const Dirichlet& d : stored.dirichlet) held = std::max(held, down.dot(stored.mesh.X[d.node]));
   for (int n = 0; n < mesh.node_count(); ++n)
     for (int dof = 0; down.dot(mesh.X[n]) < held && dof < 3; ++dof) enclosed.level.dirichlet.push_back({n, dof, 0});
+
+  if (enclosed.level.dirichlet.empty()) return invalid("supports", text("hold no node of a lattice with cells of ", cell_size, " m"));
 
   enclosed.level.loads = Eigen::VectorXd::Zero(3 * mesh.node_count());
   for (int t = 0; t < mesh.tet_count(); ++t) {

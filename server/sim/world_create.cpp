@@ -17,7 +17,8 @@ double plane_reach(const SceneDescription& scene) {
 
 Result<void> World::Impl::make_bodies() {
   places.resize(scene.bodies.size());
-  const SoftBodyOptions options{scene.integrator, scene.float_solver, !scene.unguarded};
+  SoftBodyOptions options{scene.dt, scene.integrator, scene.float_solver, !scene.unguarded};
+  if (scene.solver == linear_solver::SolverKind::direct && !options.float_solver) options.float_solver = false;  // a reference
   SharedRests rests;
   for (BodyId id = 0; id < scene.bodies.size(); ++id) {
     const BodyDescription& body = scene.bodies[id];

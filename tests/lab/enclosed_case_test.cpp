@@ -40,7 +40,7 @@ TEST(EnclosedCase, OctahedraOfALatticeHangTheBunnyBetterThanTetsThatFitIt) {
   const auto octahedra = sim::fem::ElementKind::smoothed_octahedra;
   const Hung coarse = hang_bunny(0.014, octahedra), fine = hang_bunny(0.01, octahedra);
   EXPECT_LT(coarse.tets, 10'000);
-  EXPECT_LT(coarse.error, 0.18);
+  EXPECT_LT(coarse.error, 0.18);  // measured: 17.2 %, and 9.2 below
   EXPECT_LT(fine.tets, 25'000);
   EXPECT_LT(fine.error, 0.10);
   EXPECT_GT(hang_bunny(0.014, sim::fem::ElementKind::linear_tetrahedra).error, 2 * coarse.error);
@@ -53,12 +53,18 @@ TEST(EnclosedCase, WhatIsNotHeldIsAnError) {
   const auto enclosed = enclose(level, Vec3(0, 0, -9.81), 1000, 0.5);
   ASSERT_FALSE(enclosed);
   EXPECT_EQ(enclosed.error().field, "supports");
-  level.dirichlet.push_back({3, 0, 0});
-  const auto held = enclose(level, Vec3(0, 0, -9.81), 1000, 0.5);
+  level.dirichlet.push_back({0, 0, 0});
+  EXPECT_EQ(enclose(level, Vec3::Zero(), 1000, 0.5).error().field, "gravity");
+  const auto held = enclose(level, Vec3(0, 0, 9.81), 1000, 0.3);
   ASSERT_TRUE(held) << held.error().text();
-  double weight = 0;  // of a sixth of a cubic metre
+  const sim::TetMesh& lattice = held->level.mesh;
+  for (const Dirichlet& d : held->level.dirichlet) EXPECT_LT(lattice.X[d.node].z(), 0);
+  EXPECT_GT(held->level.dirichlet.size(), 0u);
+  double weight = 0;  // of a sixth of a cubic metre, to what cut tets make of it and the floor of their fill adds
   for (int n = 0; n < held->level.mesh.node_count(); ++n) weight += held->level.loads[3 * n + 2];
-  EXPECT_NEAR(weight, -1000 * 9.81 / 6, 0.05 * 1000 * 9.81 / 6);
+  EXPECT_NEAR(weight, 1000 * 9.81 / 6, 0.1 * 1000 * 9.81 / 6);
+  level.dirichlet = {{3, 0, 0}};  // its top, where no lattice reaches further up
+  EXPECT_EQ(enclose(level, Vec3(0, 0, -9.81), 1000, 10).error().field, "supports");
 }
 
 }  // namespace

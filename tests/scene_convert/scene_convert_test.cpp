@@ -167,7 +167,7 @@ TEST(SceneConvert, EveryFieldArrives) {
   EXPECT_EQ(scene.rate_dt, 0.03);
   EXPECT_EQ(scene.joint_time, 0.04);
   EXPECT_EQ(scene.integrator, sim::Integrator::bdf2);
-  EXPECT_TRUE(scene.float_solver);
+  EXPECT_EQ(scene.float_solver, true);
   EXPECT_TRUE(scene.unguarded);
   EXPECT_EQ(scene.solver, sim::linear_solver::SolverKind::multigrid);
   EXPECT_EQ(scene.seed, 9u);

@@ -3,6 +3,7 @@
 #include "server/sim/contact/feature_crossing.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cmath>
 #include <optional>
 #include <utility>

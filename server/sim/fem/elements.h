@@ -10,7 +10,7 @@
 #include <vector>
 
 // What the elements of a body do at given node positions. Every function is a pass over the tets, each written by one
-// thread; nothing is summed here across tets but where a sum is returned, in mesh order.
+// thread; nothing is summed here across tets but where a sum is returned, in mesh order, and energies, chunk by chunk.
 namespace crumple::sim::fem {
 
 // Results of an element pass, one a tet; of a body of groups of tets only `macros`. Assembly, fracture and display

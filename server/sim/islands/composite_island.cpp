@@ -194,7 +194,7 @@ void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBod
   m.u.resize(rows.size());
   m.preconditioner.assign(system, options.solver, pool);
   solution.solver = m.preconditioner.kind();
-  const bool projected = options.solver != SolverKind::direct && ProjectedStart::has_history(island, bodies);  // then no row: one pass
+  const bool projected = options.solver != SolverKind::direct && m.projected.applies(island, bodies);  // then no row: one pass
   if (projected) m.projected.project(system, bodies[island.soft.front()], m.b, pool, x, m.workspace.r);
   const bool by_weight = std::ranges::any_of(island.rows, [](const ContactRow& row) { return row.weight_speed > 0; });
   const double mass = by_weight ? system.mass() : 0;

@@ -34,10 +34,10 @@ struct IslandBody {
   const fem::StepSystem* system = nullptr;  // borrowed
   std::optional<RigidPart> rigid;
   bool in_solve = false;                    // a rigid fragment: nobody else steps it
-  // Where the solve starts, if not from the velocities before the step: 3n of a soft body, (v, w) of a rigid one.
+  // Where the solve starts, if not from velocities of before (projected_start.h): 3n of a soft body, (v, w) of a rigid one.
   Eigen::VectorXd start;
   bool has_start = false;
-  const std::vector<Vec3>* v_before = nullptr;  // of a soft body: velocities before its last step, if known [m/s]; borrowed
+  const std::vector<Vec3>* v_before = nullptr;  // of a soft body: velocities before its last step [m/s], borrowed
   // Of soft bodies, for preconditioners; those that miss something are not used.
   linear_solver::MultigridHierarchy* hierarchy = nullptr;  // borrowed: the body's coarse levels, made when needed
   const std::vector<Vec3>* x = nullptr;                    // positions before the step [m], borrowed
@@ -99,7 +99,7 @@ struct IslandSolution {
   }
 };
 
-// Solves one island: conjugate gradients from the velocities before the step, contact rows applied matrix-free, block
+// Solves one island: conjugate gradients from velocities of before (projected_start.h), contact rows applied matrix-free, block
 // diagonal of system and rows as preconditioner. After each pass rows that would pull are dropped and friction is
 // bounded; the next pass starts from where it ended. island.rows have their outcome afterwards (lambda_n, lambda_t).
 // Where nothing is fixed the net momentum error of the solve is taken out again. memory: of the last step.

@@ -1,5 +1,6 @@
 #include "server/sim/islands/projected_start.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <functional>
@@ -10,19 +11,24 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr int kNodesPerChunk = 512;
+constexpr int kHolds = 3;
 constexpr double kSame = 1e-10;  // of the change's squared norm: what is left of it when it is a multiple of the level
 
 }  // namespace
 
-bool ProjectedStart::has_history(const CompositeIsland& island, std::span<const IslandBody> bodies) {
+bool ProjectedStart::applies(const CompositeIsland& island, std::span<const IslandBody> bodies) {
   if (!island.rows.empty() || !island.rigid.empty() || island.soft.size() != 1) return false;
   const IslandBody& body = bodies[island.soft.front()];
-  return body.system->any_prescribed && !body.has_start && body.v_before &&
-         static_cast<int>(body.v_before->size()) == body.system->node_count();
+  const fem::StepSystem& s = *body.system;
+  if (!s.any_prescribed || body.has_start || !body.v_before || static_cast<int>(body.v_before->size()) != s.node_count()) return false;
+  held_.assign(s.piece_count, 0);
+  for (int i = 0; i < s.node_count(); ++i)
+    held_[s.piece[i]] += s.row_mass[i] == 0 ? kHolds : s.prescribed[i];  // a node without a tet is no piece that moves
+  return std::ranges::all_of(held_, [](int nodes) { return nodes >= kHolds; });
 }
 
-void ProjectedStart::project(const IslandSystem& system, const IslandBody& body, const VectorXd& b, const ThreadPool& pool, VectorXd& x,
-                             VectorXd& r) {
+void ProjectedStart::project(const IslandSystem& system, const IslandBody& body, const VectorXd& b, const ThreadPool& pool,
+                             VectorXd& x, VectorXd& r) {
   const std::vector<Vec3>& v_before = *body.v_before;
   const int count = static_cast<int>(v_before.size());
   assert(3 * count == x.size());
@@ -44,8 +50,9 @@ void ProjectedStart::project(const IslandSystem& system, const IslandBody& body,
       change_.segment<3>(3 * i) = free ? Vec3(x.segment<3>(3 * i) - v_before[i]) : Vec3::Zero();
       if (!free) A_level_.segment<3>(3 * i).setZero();
     }
-    sums_[begin / kNodesPerChunk] = {level_.segment(first, n).dot(A_level_.segment(first, n)), level_.segment(first, n).dot(r.segment(first, n)),
-                                     change_.segment(first, n).dot(r.segment(first, n))};
+    const auto level = level_.segment(first, n), residual = r.segment(first, n);
+    sums_[begin / kNodesPerChunk] = {level.dot(A_level_.segment(first, n)), level.dot(residual),
+                                     change_.segment(first, n).dot(residual)};
   };
   pool.for_chunks(count, kNodesPerChunk, std::cref(look_back));
   const double level_level = sum(0), level_r = sum(1), change_r = sum(2);

@@ -8,8 +8,8 @@
 namespace crumple::sim::linear_solver {
 
 // The coarse levels of one body: lattices over its rest shape, each twice as wide as the one before, and Galerkin
-// operators on them. Level 0 is the body's own matrix, of which a copy in single precision is kept if it is in double. Structure is a function of topology and held nodes,
-// values of the matrix, alone, so that a step does not depend on steps before it: after a split what is far from it is taken over, which
+// operators on them. Level 0 is the body's own matrix, of which a copy in single precision is kept if it is in double.
+// Structure is a function of topology and held nodes, values of the matrix, alone, so that a step does not depend on steps before it: after a split what is far from it is taken over, which
 // is what making it anew would give, bit for bit.
 class MultigridHierarchy {
  public:
@@ -33,7 +33,7 @@ class MultigridHierarchy {
 
   std::vector<Level> levels_;
   std::vector<float> finest_;
-  const float* values_ = nullptr;
+  const float* values_ = nullptr;  // A's own or finest_; until the next update, or until A is assembled anew
   // What they were made of.
   std::vector<char> held_;
   std::vector<Vec3> X_;

@@ -58,7 +58,7 @@ TEST(ProjectedStart, IsTheNearestOfAllThatTwoStepsSay) {
   const VectorXd level = start.free_part(start.x);
   const VectorXd change = start.free_part(start.x - Eigen::Map<const VectorXd>(swinging.v_before[0].data(), start.x.size()));
   const VectorXd before = start.residual_of(start.x);
-  ASSERT_TRUE(ProjectedStart::has_history(start.islands[0], start.bodies));
+  ASSERT_TRUE(ProjectedStart().applies(start.islands[0], start.bodies));
   start.project();
   EXPECT_LT((start.r - start.residual_of(start.x)).norm(), 1e-12 * start.b.norm());
   EXPECT_LT(std::abs(level.dot(start.r)), 1e-9 * level.norm() * before.norm());
@@ -74,7 +74,7 @@ TEST(ProjectedStart, OfWhatStandsOrMovesEvenlyLosesNothing) {
   for (const Vec3& v : {Vec3(0, 0, 0), Vec3(1, 2, 3)}) {
     SoftScene scene;
     SoftBody& block = scene.add_soft({2, 2, 2}, Vec3::Ones(), Vec3::Zero(), v);
-    block.prescribed = {{26, v}};
+    block.prescribed = {{24, v}, {25, v}, {26, v}};
     block.state.x[0].x() += 0.01;
     const std::vector<Vec3> before = block.state.v;
     std::vector<IslandBody> bodies = scene.assemble();
@@ -91,31 +91,56 @@ TEST(ProjectedStart, OfWhatStandsOrMovesEvenlyLosesNothing) {
 
 TEST(ProjectedStart, IsOfHeldBodiesThatTouchNothing) {
   SoftScene scene;
-  scene.add_soft({2, 2, 2}, Vec3::Ones(), Vec3(0, -0.001, 0)).prescribed = {{26, Vec3::Zero()}};
+  scene.add_soft({2, 2, 2}, Vec3::Ones(), Vec3(0, -0.001, 0)).prescribed = {{24, Vec3::Zero()}, {25, Vec3::Zero()}, {26, Vec3::Zero()}};
   const std::vector<Vec3> before = scene.soft[0].state.v;
   std::vector<IslandBody> bodies = scene.assemble();
   std::vector<CompositeIsland> islands = composite_islands(bodies, {});
-  EXPECT_FALSE(ProjectedStart::has_history(islands[0], bodies));  // its first step
+  EXPECT_FALSE(ProjectedStart().applies(islands[0], bodies));  // its first step
   bodies[0].v_before = &before;
-  EXPECT_TRUE(ProjectedStart::has_history(islands[0], bodies));
+  EXPECT_TRUE(ProjectedStart().applies(islands[0], bodies));
   bodies[0].has_start = true;
-  EXPECT_FALSE(ProjectedStart::has_history(islands[0], bodies));
+  EXPECT_FALSE(ProjectedStart().applies(islands[0], bodies));
   bodies[0].has_start = false;
   const std::vector<Vec3> of_fewer(before.begin(), before.end() - 1);  // it has split since
   bodies[0].v_before = &of_fewer;
-  EXPECT_FALSE(ProjectedStart::has_history(islands[0], bodies));
+  EXPECT_FALSE(ProjectedStart().applies(islands[0], bodies));
   bodies[0].v_before = &before;
   scene.add_plane(Vec3::UnitY(), 0);
   scene.detect();
   islands = composite_islands(bodies, scene.rows);
   ASSERT_FALSE(islands[0].rows.empty());
-  EXPECT_FALSE(ProjectedStart::has_history(islands[0], bodies));
+  EXPECT_FALSE(ProjectedStart().applies(islands[0], bodies));
 
-  scene.soft[0].prescribed.clear();
+  scene.soft[0].prescribed.pop_back();  // a hinge
   std::vector<IslandBody> free = scene.assemble();
   free[0].v_before = &before;
   islands = composite_islands(free, {});
-  EXPECT_FALSE(ProjectedStart::has_history(islands[0], free));
+  EXPECT_FALSE(ProjectedStart().applies(islands[0], free));
+  scene.soft[0].prescribed.clear();
+  free = scene.assemble();
+  free[0].v_before = &before;
+  EXPECT_FALSE(ProjectedStart().applies(islands[0], free));
+}
+
+// A body that came apart, of which one piece is held and the other flies.
+TEST(ProjectedStart, IsNotWherePiecesFly) {
+  SoftScene scene;
+  TetMesh two = block_mesh({1, 1, 1}, Vec3::Ones());
+  const TetMesh one = two;
+  const int n = one.node_count();
+  for (const Vec3& X : one.X) two.X.push_back(X + Vec3(3, 0, 0));
+  for (const Tet& tet : one.tets) two.tets.push_back({tet[0] + n, tet[1] + n, tet[2] + n, tet[3] + n});
+  SoftBody& body = scene.add_mesh(two, {}, Vec3::Zero());
+  for (int i = 0; i < 4; ++i) body.prescribed.push_back({i, Vec3::Zero()});
+  const std::vector<Vec3> before = body.state.v;
+  std::vector<IslandBody> bodies = scene.assemble();
+  bodies[0].v_before = &before;
+  const std::vector<CompositeIsland> islands = composite_islands(bodies, {});
+  EXPECT_FALSE(ProjectedStart().applies(islands[0], bodies));
+  for (int i = 0; i < 4; ++i) body.prescribed.push_back({n + i, Vec3::Zero()});
+  bodies = scene.assemble();
+  bodies[0].v_before = &before;
+  EXPECT_TRUE(ProjectedStart().applies(islands[0], bodies));
 }
 
 }  // namespace
