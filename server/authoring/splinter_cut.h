@@ -16,7 +16,7 @@ Result<sim::SplinterMesh> cut_splinters(const Polyhedron& solid, const std::vect
 // whose corners are at the same places, to a millionth of the surface's size, lie against each other.
 sim::SplinterMesh given_splinters(const sim::SurfaceMesh& surface);
 
-// The surface of a tet mesh, for `polyhedron_of`.
+// The surface of a tet mesh: the vertices on it alone.
 sim::SurfaceMesh surface_of(const sim::TetMesh& mesh);
 
 }  // namespace crumple::authoring

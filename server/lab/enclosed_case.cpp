@@ -2,32 +2,12 @@
 
 #include "common/text.h"
 #include "server/authoring/enclosing_mesh.h"
+#include "server/authoring/splinter_cut.h"
 
 #include <algorithm>
 #include <limits>
 
 namespace crumple::lab {
-namespace {
-
-// The nodes on the outside of a tet mesh, and its faces.
-sim::SurfaceMesh surface_of(const sim::TetMesh& mesh) {
-  sim::SurfaceMesh surface;
-  std::vector<int> id(mesh.X.size(), -1);
-  for (const sim::SurfaceFace& face : sim::surface_faces(mesh.tets)) {
-    Triangle triangle = face.nodes;
-    for (int& node : triangle) {
-      if (id[node] < 0) {
-        id[node] = static_cast<int>(surface.vertices.size());
-        surface.vertices.push_back(mesh.X[node]);
-      }
-      node = id[node];
-    }
-    surface.triangles.push_back(triangle);
-  }
-  return surface;
-}
-
-}  // namespace
 
 std::vector<Vec3> EnclosedCase::carried(std::span<const Vec3> displacements) const {
   std::vector<Vec3> out(embedding.tet.size());
@@ -38,7 +18,7 @@ std::vector<Vec3> EnclosedCase::carried(std::span<const Vec3> displacements) con
 Result<EnclosedCase> enclose(const Level& stored, const Vec3& gravity, double density, double cell_size) {
   if (!(gravity.norm() > 0)) return invalid("gravity", "is zero, must pull at what hangs");
   if (stored.dirichlet.empty()) return invalid("supports", "are none: what hangs must be held");
-  auto made = authoring::enclosing_mesh(surface_of(stored.mesh), {.cell_size = cell_size});
+  auto made = authoring::enclosing_mesh(authoring::surface_of(stored.mesh), {.cell_size = cell_size});
   if (!made) return std::unexpected(made.error());
   EnclosedCase enclosed{.level = {.mesh = std::move(made->mesh)}};
   const sim::TetMesh& mesh = enclosed.level.mesh;

@@ -1,5 +1,6 @@
 #include "server/rig/shell_crush.h"
 
+#include "server/authoring/splinter_cut.h"
 #include "server/authoring/surface_distance.h"
 #include "server/authoring/surface_transfer.h"
 #include "server/rig/press_frame.h"
@@ -13,24 +14,6 @@ namespace {
 
 constexpr double kDamping = 2, kStill = 30;  // while it is pressed, and when the plate has gone [1/s]
 constexpr int kStepsPerSecond = 240, kSubsteps = 20;
-
-// The skin of tets: surface vertices alone.
-sim::SurfaceMesh skin_of(const sim::TetMesh& tets) {
-  sim::SurfaceMesh out;
-  std::vector<int> id(tets.X.size(), -1);
-  for (const sim::SurfaceFace& face : sim::surface_faces(tets.tets)) {
-    Triangle t = face.nodes;
-    for (int& v : t) {
-      if (id[v] < 0) {
-        id[v] = static_cast<int>(out.vertices.size());
-        out.vertices.push_back(tets.X[v]);
-      }
-      v = id[v];
-    }
-    out.triangles.push_back(t);
-  }
-  return out;
-}
 
 // Points carried by the nearest triangles of a surface: where they are on it, and how far off along its normal.
 class Carried {
@@ -83,7 +66,7 @@ Result<Crushed> shell_crush(const sim::example_based::ExampleSet& set, const std
                             const std::function<void(double)>& progress) {
   const auto tets = tets_to_press(set, o);
   if (!tets) return std::unexpected(tets.error());
-  const sim::SurfaceMesh skin = skin_of(*tets);
+  const sim::SurfaceMesh skin = authoring::surface_of(*tets);
   const PressFrame frame(skin.vertices, o.axis, o.from_max);
   sim::SurfaceMesh turned = skin;
   for (Vec3& p : turned.vertices) p = frame.in_press(p);

@@ -54,7 +54,9 @@ TEST(EnclosedCase, WhatIsNotHeldIsAnError) {
   ASSERT_FALSE(enclosed);
   EXPECT_EQ(enclosed.error().field, "supports");
   level.dirichlet.push_back({0, 0, 0});
-  EXPECT_EQ(enclose(level, Vec3::Zero(), 1000, 0.5).error().field, "gravity");
+  const auto weightless = enclose(level, Vec3::Zero(), 1000, 0.5);
+  ASSERT_FALSE(weightless);
+  EXPECT_EQ(weightless.error().field, "gravity");
   const auto held = enclose(level, Vec3(0, 0, 9.81), 1000, 0.3);
   ASSERT_TRUE(held) << held.error().text();
   const sim::TetMesh& lattice = held->level.mesh;
@@ -64,7 +66,9 @@ TEST(EnclosedCase, WhatIsNotHeldIsAnError) {
   for (int n = 0; n < held->level.mesh.node_count(); ++n) weight += held->level.loads[3 * n + 2];
   EXPECT_NEAR(weight, 1000 * 9.81 / 6, 0.1 * 1000 * 9.81 / 6);
   level.dirichlet = {{3, 0, 0}};  // its top, where no lattice reaches further up
-  EXPECT_EQ(enclose(level, Vec3(0, 0, -9.81), 1000, 10).error().field, "supports");
+  const auto out_of_reach = enclose(level, Vec3(0, 0, -9.81), 1000, 0.5);
+  ASSERT_FALSE(out_of_reach);
+  EXPECT_EQ(out_of_reach.error().field, "supports");
 }
 
 }  // namespace
