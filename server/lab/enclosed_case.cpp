@@ -23,11 +23,12 @@ Result<EnclosedCase> enclose(const Level& stored, const Vec3& gravity, double de
   EnclosedCase enclosed{.level = {.mesh = std::move(made->mesh)}};
   const sim::TetMesh& mesh = enclosed.level.mesh;
   const Vec3 down = gravity.normalized();
-  double held = -std::numeric_limits<double>::infinity();
-  for (const Dirichlet& d : stored.dirichlet) held = std::max(held, down.dot(stored.mesh.X[d.node]));
-  for (int n = 0; n < mesh.node_count(); ++n)
-    for (int dof = 0; down.dot(mesh.X[n]) < held && dof < 3; ++dof) enclosed.level.dirichlet.push_back({n, dof, 0});
-
+  double lowest = -std::numeric_limits<double>::infinity();
+  for (const Dirichlet& d : stored.dirichlet) lowest = std::max(lowest, down.dot(stored.mesh.X[d.node]));
+  for (int n = 0; n < mesh.node_count(); ++n) {
+    if (down.dot(mesh.X[n]) >= lowest) continue;
+    for (int dof = 0; dof < 3; ++dof) enclosed.level.dirichlet.push_back({n, dof, 0});
+  }
   if (enclosed.level.dirichlet.empty()) return invalid("supports", text("hold no node of a lattice with cells of ", cell_size, " m"));
 
   enclosed.level.loads = Eigen::VectorXd::Zero(3 * mesh.node_count());

@@ -23,7 +23,7 @@ struct Setup {
   double cg_tolerance = 1e-3;      // the product's default
   int cg_cap = 3000;               // no cap in reach
   bool guarded = true;             // the server's guard answers capped solves and growing energy
-  std::optional<bool> float_solver;  // matrix blocks in float
+  std::optional<bool> float_solver;  // matrix blocks in float; not said: as the product chooses
   sim::linear_solver::SolverKind solver = sim::linear_solver::SolverKind::automatic;
   Precision precision = Precision::double_;  // of a static solve's factor
   sim::fem::RotationRule rotation = sim::fem::RotationRule::svd;

@@ -118,7 +118,8 @@ Study stored(const Workshop& w) {
                       {"S10 Cook, nu 0.4999, hexahedra", "S10_cook_membrane_nu", "tip", 0.4999, "", kHexahedra},
                       {"S13 cylinder, hexahedra", "S13_thick_cylinder_pressure", "exact_lame", 0, "", kHexahedra}};
   const Setup bunny{.element = kOctahedra, .case_name = "S09_bunny_hung", .level = "L0", .field = "ref_c3d10_L1_linear"};
-  s.curves.push_back({"S09 bunny, octahedra of an enclosing lattice", knobs::enclosing({0.014, 0.01, 0.0085, 0.007}, 0.01), bunny, 0, "the finest of four is solved in a quarter of a minute"});
+  s.curves.push_back({"S09 bunny, octahedra of an enclosing lattice", knobs::enclosing({0.014, 0.01, 0.0085, 0.007}, 0.01), bunny, 0,
+                      "the finest of four is solved in a quarter of a minute"});
   for (const Row& r : rows) {
     if (!w.has(r.case_name)) s.unmet = "Reference not at hand: the collection of static cases was not found.";
     s.curves.push_back({r.name, knobs::levels({"L0", "L1"}, r.heavy), {.element = r.element, .case_name = r.case_name, .field = r.field, .poisson = r.poisson}, 0, kTwoLevels});

@@ -1,5 +1,6 @@
 #include "server/sim/bodies/soft_body.h"
 
+#include "server/sim/fem/float_matrix.h"
 #include "server/sim/motion.h"
 
 #include <algorithm>
@@ -27,21 +28,6 @@ double drawn_stress(const fem::FemMaterial& material) {
 
 }  // namespace
 
-bool takes_float(const fem::RestBody& rest, double dt) {
-  constexpr int kFloatNodes = 500;
-  constexpr double kFloatStiffness = 1e5;
-  if (rest.node_count() < kFloatNodes) return false;
-  for (int t = 0; t < rest.tet_count(); ++t) {
-    const fem::FemMaterial& material = rest.material_of(t);
-    const Mat3& gradients = rest.beta[t];  // of nodes 1 to 3 in rows; of node 0 minus their sum
-    const double squared = gradients.squaredNorm() + gradients.colwise().sum().squaredNorm();
-    const double modulus = rest.lame_of(t).lambda + 4 * rest.lame_of(t).mu;
-    const double stiffness = (dt * material.damping_stiffness + dt * dt) * modulus * squared / (3 * material.density);
-    if (!(stiffness <= kFloatStiffness)) return false;
-  }
-  return true;
-}
-
 Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const FemModel& model,
                                 const SoftBodyOptions& options, const std::string& field) {
   const TetMesh& mesh = *model.mesh;
@@ -59,7 +45,7 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
   soft.rest = std::move(*rest);
   soft.mean_tet_volume =
       std::accumulate(soft.rest.volume.begin(), soft.rest.volume.end(), 0.0) / soft.rest.tet_count();
-  soft.system = fem::StepSystem(options.float_solver ? *options.float_solver : takes_float(soft.rest, options.dt));
+  soft.system = fem::StepSystem(options.float_solver ? *options.float_solver : fem::takes_float(soft.rest, options.dt));
   soft.options_ = options;
   soft.tet_mass_ = tet_masses_of(soft.rest);
   for (int k = 0; k < soft.rest.material_count(); ++k) {

@@ -40,14 +40,9 @@ struct FractureOutcome {
 struct SoftBodyOptions {
   double dt = 1.0 / 60;  // [s]
   Integrator integrator = Integrator::backward_euler;
-  std::optional<bool> float_solver;  // not said: see takes_float
+  std::optional<bool> float_solver;  // not said: fem::takes_float
   bool watched = true;  // energy() and prescribed_work() will be asked for
 };
-
-// Whether the step's matrix loses nothing to speak of by blocks in float, and gains time: of 500 nodes and more, each tet with
-// (dt beta + dt^2) (lambda + 4 mu) sum |grad N|^2 / (3 rho) <= 1e5, the diagonal of its stiffness over its mass. A rounding of 6e-8 of
-// what is stiff is then far below the mass.
-bool takes_float(const fem::RestBody& rest, double dt);
 
 // One finite-element body of a world: rest data, state, and what the stages of a step do to it. Small pieces leave it as
 // rigid fragments; arrays of nodes and tets are those of what is left, which may be nothing.

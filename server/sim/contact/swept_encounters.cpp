@@ -3,8 +3,8 @@
 #include "server/sim/contact/feature_crossing.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <cmath>
+#include <cstddef>
 #include <optional>
 #include <utility>
 
