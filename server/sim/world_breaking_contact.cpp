@@ -15,13 +15,17 @@ namespace {
 constexpr int kMaxRounds = 4;
 constexpr double kLittle = 0.25;
 
-bool touches(const islands::CompositeIsland& island, int body) {
+}  // namespace
+
+// Whether anything pushes the body but itself and what broke off it, which has no speed of its own to lose: what a blast bursts is solved
+// once. Of what comes through shards that lie against the body some is lost here, if it does not touch the body as well.
+bool World::Impl::is_pushed(const islands::CompositeIsland& island, int body) const {
   return std::ranges::any_of(island.rows, [&](const contact::ContactRow& row) {
-    return row.active && row.lambda_n > 0 && (row.sides[0].body == body || row.sides[1].body == body);
+    if (!row.active || row.lambda_n <= 0) return false;
+    const int a = row.sides[0].body, b = row.sides[1].body;
+    return a != b && (a == body || b == body) && !is_debris_of(a == body ? b : a, body);
   });
 }
-
-}  // namespace
 
 World::Impl::Alone World::Impl::alone(const islands::CompositeIsland& island) const {
   static const contact::CollisionMesh nothing;
@@ -41,7 +45,7 @@ World::Impl::Alone World::Impl::alone(const islands::CompositeIsland& island) co
 
 bool World::Impl::break_ahead(const islands::CompositeIsland& island, const islands::IslandSolution& solution, int round) {
   if (round >= kMaxRounds || !solution.finite) return false;
-  const auto may_break = [&](int b) { return soft[b].rest.breakable() && !spent[b] && touches(island, b); };
+  const auto may_break = [&](int b) { return soft[b].rest.breakable() && !spent[b] && is_pushed(island, b); };
   if (std::ranges::none_of(island.soft, may_break)) return false;
   bool any = false;
   for (std::size_t k = 0; k < island.soft.size(); ++k) {

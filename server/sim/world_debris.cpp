@@ -1,6 +1,8 @@
 #include "server/sim/world_impl.h"
 
 #include <algorithm>
+#include <functional>
+#include <utility>
 
 // Rigid fragments of broken bodies in the solve (bodies/rigid_fragment.h), and how they get there.
 namespace crumple::sim {
@@ -18,9 +20,13 @@ islands::IslandBody World::Impl::debris_for_islands(int body, double h) {
 }
 
 void World::Impl::hand_over() {
+  handed_over.resize(soft.size());
+  const auto part = [&](int b) {
+    if (!is_asleep(soft[b])) handed_over[b] = soft[b].hand_over(pool);
+  };
+  pool.for_jobs(static_cast<int>(soft.size()), std::cref(part));
   for (std::size_t b = 0; b < soft.size(); ++b) {
-    if (is_asleep(soft[b])) continue;
-    const SoftBody::HandOver moved = soft[b].hand_over();
+    const SoftBody::HandOver moved = std::exchange(handed_over[b], {});
     if (moved.count == 0) continue;
     const int before = first_debris + static_cast<int>(debris.size());
     for (int k = 0; k < moved.count; ++k) {

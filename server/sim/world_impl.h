@@ -92,6 +92,7 @@ struct World::Impl {
   std::vector<char> was_capped;                          // one a soft body: its last solve ended at its cap
   std::vector<FractureOutcome> broken;                   // one a soft body: in this step so far
   std::vector<char> spent;                               // one a soft body: most of what breaks in this step has
+  std::vector<SoftBody::HandOver> handed_over;           // one a soft body: scratch of hand_over()
   std::vector<SoftBody::Energy> soft_energy;             // one a soft body, after assemble
   std::vector<char> disturbed;                           // by Part: commands or scripts move it in this step
   std::vector<contact::Box3> sleeping_box;               // by Part, of those that are asleep
@@ -178,6 +179,7 @@ struct World::Impl {
             StepReport& report);
   void sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before, IslandAccount& account,
                 StepReport& report);
+  bool is_pushed(const islands::CompositeIsland& island, int body) const;
   bool break_ahead(const islands::CompositeIsland& island, const islands::IslandSolution& solution, int round);
   // A part of an island that broke, as it was solved in the end.
   struct Solved {
@@ -202,6 +204,9 @@ struct World::Impl {
   // Rigid fragments (world_debris.cpp). `body`: as in collision_bodies.
   bool is_debris(int body) const { return body >= first_debris; }
   RigidFragment& fragment_of(int body) { return fragment(part_of(body)); }
+  bool is_debris_of(int body, int parent) const {  // planes, which follow, are nobody's
+    return is_debris(body) && body < first_debris + static_cast<int>(debris.size()) && debris[body - first_debris].soft == parent;
+  }
   const SoftBody& parent_of(int body) const { return soft[debris[body - first_debris].soft]; }
   islands::IslandBody debris_for_islands(int body, double h);
   void hand_over();

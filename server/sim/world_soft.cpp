@@ -243,11 +243,13 @@ void World::Impl::plastic_flow() {
 
 void World::Impl::fracture(StepReport& report) {
   std::vector<std::size_t> broke;
+  const auto break_one = [&](int b) {
+    if (!is_asleep(soft[b])) broken[b] += soft[b].fracture(scene.seed, step, pool);
+  };
+  pool.for_jobs(static_cast<int>(soft.size()), std::cref(break_one));
   for (std::size_t b = 0; b < soft.size(); ++b) {
-    if (is_asleep(soft[b])) continue;
-    FractureOutcome& outcome = broken[b];
-    outcome += soft[b].fracture(scene.seed, step, pool);
-    if (outcome.splits == 0) continue;
+    const FractureOutcome& outcome = broken[b];
+    if (is_asleep(soft[b]) || outcome.splits == 0) continue;
     broke.push_back(b);
     report.splits += outcome.splits;
     const BodyId id = soft[b].id;

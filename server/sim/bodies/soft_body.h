@@ -134,7 +134,7 @@ class SoftBody {
   };
   // At the end of a step, elements up to date: pieces of at most as many tets as the scene says go on as rigid fragments,
   // unless they hang on a prescribed node or are still strained by 10 %.
-  HandOver hand_over();
+  HandOver hand_over(const ThreadPool& pool);
   // After splits, however many: the surface that is drawn, and the dust that leaves what is new of it.
   void draw();
   std::vector<DustParticle> take_dust(std::uint64_t seed, std::uint64_t step);

@@ -47,11 +47,11 @@ std::vector<char> SoftBody::leaving(const fracture::Fragments& pieces) {
   return leaves;
 }
 
-SoftBody::HandOver SoftBody::hand_over() {
+SoftBody::HandOver SoftBody::hand_over(const ThreadPool& pool) {
   HandOver moved;
   if (!small_pieces_ || frozen) return moved;
   const fracture::Fragments pieces = fracture::find_fragments(tets);
-  if (!system.elements.is_of(rest)) system.elements = elements_now();
+  if (!system.elements.is_of(rest)) fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
   const std::vector<char> leaves = leaving(pieces);
   moved.count = static_cast<int>(std::ranges::count(leaves, 1));
   if (moved.count == 0) return moved;

@@ -1,7 +1,7 @@
 #include "server/sim/bodies/soft_skin.h"
 
 #include <algorithm>
-#include <unordered_map>
+#include <utility>
 
 namespace crumple::sim {
 
@@ -36,22 +36,21 @@ void SoftSkin::draw_splinters() {
   const Embedding& at = carried_->vertices();
   triangles_.clear();
   embedding_ = {};
-  std::vector<int> drawn(mesh.surface.vertices.size(), -1);         // of the lowest vertex at the same place
-  std::unordered_map<std::uint64_t, int> elsewhere;  // of those that are in other tets than it
+  std::vector<int> first(mesh.surface.vertices.size(), -1), next;  // drawn vertices at the place of the lowest, in other tets each
   const auto draw = [&](int v) {
     const int lowest = carried_->twin(v);
-    const bool together = at.tet[v] == at.tet[lowest];
-    const auto place = (static_cast<std::uint64_t>(lowest) << 32) | static_cast<std::uint32_t>(at.tet[v]);
-    int& id = together ? drawn[lowest] : elsewhere.try_emplace(place, -1).first->second;
-    if (id < 0) {
-      id = static_cast<int>(embedding_.tet.size());
-      embedding_.tet.push_back(at.tet[v]);
-      embedding_.weights.push_back(at.weights[v]);
-    }
+    for (int id = first[lowest]; id >= 0; id = next[id])
+      if (embedding_.tet[id] == at.tet[v]) return id;
+    const int id = static_cast<int>(next.size());
+    next.push_back(std::exchange(first[lowest], id));
+    embedding_.tet.push_back(at.tet[v]);
+    embedding_.weights.push_back(at.weights[v]);
     return id;
   };
+  std::vector<char> hidden(mesh.patches.size());
+  for (std::size_t p = 0; p < hidden.size(); ++p) hidden[p] = carried_->is_hidden(static_cast<int>(p));
   for (std::size_t t = 0; t < mesh.surface.triangles.size(); ++t) {
-    if (mesh.patch[t] >= 0 && carried_->is_hidden(mesh.patch[t])) continue;
+    if (mesh.patch[t] >= 0 && hidden[mesh.patch[t]]) continue;
     Triangle triangle = mesh.surface.triangles[t];
     for (int& v : triangle) v = draw(v);
     triangles_.push_back(triangle);

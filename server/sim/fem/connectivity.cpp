@@ -16,32 +16,27 @@ void collect_node_corners(int node_count, const ElementNodes& elements, Connecti
     c.node_corners[next[elements.nodes[corner]]++] = corner;
 }
 
-struct EdgeCorner {
-  std::array<int, 2> edge;
-  std::uint32_t pair;
-  auto operator<=>(const EdgeCorner&) const = default;
-};
-
 void collect_edge_corners(const ElementNodes& elements, Connectivity& c) {
   std::vector<int> element_of(elements.nodes.size());
   for (std::size_t e = 0; e + 1 < elements.start.size(); ++e)
     std::fill(element_of.begin() + elements.start[e], element_of.begin() + elements.start[e + 1], static_cast<int>(e));
   // Bucketed by the lower node (its corners come in mesh order), then sorted within the few of one node.
-  std::vector<EdgeCorner> at_node;
+  std::vector<std::uint64_t> at_node;  // upper node, pair of corners
   for (int i = 0; i < c.node_count(); ++i) {
     at_node.clear();
     for (int k = c.node_start[i]; k < c.node_start[i + 1]; ++k) {
       const int a = c.node_corners[k], e = element_of[a];
       for (int b = elements.start[e]; b < elements.start[e + 1]; ++b)
-        if (elements.nodes[b] > i) at_node.push_back({{i, elements.nodes[b]}, Connectivity::pair(a, b)});
+        if (elements.nodes[b] > i) at_node.push_back(static_cast<std::uint64_t>(elements.nodes[b]) << 32 | Connectivity::pair(a, b));
     }
     std::sort(at_node.begin(), at_node.end());
-    for (const EdgeCorner& e : at_node) {
-      if (c.edges.empty() || c.edges.back() != e.edge) {
+    for (const std::uint64_t corner : at_node) {
+      const std::array<int, 2> edge{i, static_cast<int>(corner >> 32)};
+      if (c.edges.empty() || c.edges.back() != edge) {
         c.edge_start.push_back(static_cast<int>(c.edge_corners.size()));
-        c.edges.push_back(e.edge);
+        c.edges.push_back(edge);
       }
-      c.edge_corners.push_back(e.pair);
+      c.edge_corners.push_back(static_cast<std::uint32_t>(corner));
     }
   }
   c.edge_start.push_back(static_cast<int>(c.edge_corners.size()));

@@ -60,12 +60,20 @@ double cut_area_at(int node, const Vec3& e, const std::vector<Tet>& tets, const 
   return (sum + std::abs(piece)) / 6;
 }
 
+// The closed form takes half the iteration's time (24,000 tets: 4.7 against 10.6 ms) and is exact to 1e-14 of |S|, where two
+// eigenvalues nearly coincide to 1e-8: far below what a toughness is known to.
+Eigen::SelfAdjointEigenSolver<Mat3> closed_eigen(const Mat3& S) {
+  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
+  eigen.computeDirect(S);
+  return eigen;
+}
+
 // Of the positive eigenvalues of S the strongest; strength 0 if there is none. area(e): what to divide by.
 template <class Area>
 SplitCandidate strongest(int node, const Mat3& S, Area area_across) {
   SplitCandidate best{.node = node};
   if (!S.allFinite()) return best;
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(S);
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen = closed_eigen(S);
   for (int i = 2; i >= 0; --i) {  // ascending; the largest may be beaten once areas count
     const double eigenvalue = eigen.eigenvalues()[i];
     if (!(eigenvalue > 0)) break;
@@ -118,10 +126,7 @@ Mat3 outer_by_length(const Vec3& a) {
 }
 
 Mat3 tensile_part(const Mat3& sigma) {
-  // The closed form takes half the iteration's time (24,000 tets: 4.7 against 10.6 ms) and is exact to 1e-14 of |sigma|,
-  // where two eigenvalues nearly coincide to 1e-8: far below what a toughness is known to.
-  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
-  eigen.computeDirect(sigma);
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen = closed_eigen(sigma);
   Mat3 tensile = Mat3::Zero();
   for (int i = 0; i < 3; ++i) {
     const Vec3 n = eigen.eigenvectors().col(i);

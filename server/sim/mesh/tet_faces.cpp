@@ -1,7 +1,7 @@
 #include "server/sim/mesh/tet_faces.h"
 
 #include <algorithm>
-#include <tuple>
+#include <numeric>
 #include <utility>
 
 namespace crumple::sim {
@@ -18,25 +18,21 @@ FaceOfTet face_of(const Tet& tet, int t, int k) {
 
 }  // namespace
 
+// By counting, from the highest node id to the lowest: no pass disturbs the order of the one before, so that tets stay ascending.
 std::vector<FaceOfTet> sorted_faces(std::span<const Tet> tets) {
-  // Counting sort by the lowest node, then each short bucket by comparison: linear in the mesh.
   int node_count = 0;
   for (const Tet& tet : tets) node_count = std::max(node_count, 1 + *std::max_element(tet.begin(), tet.end()));
-  const auto each_face = [&](auto&& visit) {
-    for (int t = 0; t < static_cast<int>(tets.size()); ++t)
-      for (int k = 0; k < 4; ++k) visit(face_of(tets[t], t, k));
-  };
-  std::vector<std::size_t> begin(node_count + 1, 0);
-  each_face([&](const FaceOfTet& face) { ++begin[face.key[0] + 1]; });
-  for (int n = 0; n < node_count; ++n) begin[n + 1] += begin[n];
-
-  std::vector<FaceOfTet> faces(4 * tets.size());
-  std::vector<std::size_t> end(begin.begin(), begin.end() - 1);
-  each_face([&](const FaceOfTet& face) { faces[end[face.key[0]]++] = face; });
-  for (int n = 0; n < node_count; ++n) {
-    std::sort(faces.begin() + begin[n], faces.begin() + begin[n + 1], [](const FaceOfTet& a, const FaceOfTet& b) {
-      return std::tie(a.key[1], a.key[2], a.tet) < std::tie(b.key[1], b.key[2], b.tet);
-    });
+  std::vector<FaceOfTet> faces, sorted(4 * tets.size());
+  faces.reserve(4 * tets.size());
+  for (int t = 0; t < static_cast<int>(tets.size()); ++t)
+    for (int k = 0; k < 4; ++k) faces.push_back(face_of(tets[t], t, k));
+  std::vector<std::size_t> next(node_count + 1);
+  for (int digit = 2; digit >= 0; --digit) {
+    std::ranges::fill(next, 0);
+    for (const FaceOfTet& face : faces) ++next[face.key[digit] + 1];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    for (const FaceOfTet& face : faces) sorted[next[face.key[digit]]++] = face;
+    faces.swap(sorted);
   }
   return faces;
 }
