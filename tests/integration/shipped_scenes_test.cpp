@@ -119,17 +119,20 @@ TEST(ShippedScenes, TheRamBreaksThePlanksThatItMeets) {
   EXPECT_EQ(run.fragments("plank 6"), 1);
 }
 
-TEST(ShippedScenes, ThePoleStoresEnergyAndBursts) {
+TEST(ShippedScenes, ThePoleStoresEnergyBurstsAndBreaksPanesWithItsShards) {
   SceneRun run = run_shipped("pole");
   ASSERT_TRUE(run.started());
-  run.step(60, kGround);
+  run.step(110, kGround);
   EXPECT_EQ(run.fragments("pole"), 1);
   const double stored = run.world().energies().elastic;
   EXPECT_GT(stored, 1000);
-  run.step(60, kGround);
+  run.step(70, kGround);
   EXPECT_GT(run.fragments("pole"), 20);
   run.step(60, kGround);
   EXPECT_LT(run.world().energies().elastic, stored / 4);
+  int broken = 0;
+  for (const char* pane : {"pane 1", "pane 2", "pane 3", "pane 4"}) broken += run.fragments(pane) > 5;
+  EXPECT_GE(broken, 1);
 }
 
 TEST(ShippedScenes, TheRopeIsWoundOntoTheSpoolAndOntoItself) {
