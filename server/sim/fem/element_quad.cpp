@@ -27,6 +27,12 @@ void store_corners(const QuadMatrix& a, Mat34* to) {
 
 }  // namespace
 
+int inverted_of_four(const std::vector<Tet>& tets, int t, std::span<const Vec3> x) {
+  const QuadMatrix D = edge_matrices(tets, t, x);
+  const Quad d = first_column_dot(cofactors(D), D);
+  return (d[0] < 0) + (d[1] < 0) + (d[2] < 0) + (d[3] < 0);
+}
+
 bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int t, std::span<const Vec3> x,
                          const std::vector<Mat3>& plastic_strain, Elements& e, double& energy) {
   if (!rest.beta_clamped.empty()) return false;

@@ -13,4 +13,7 @@ namespace crumple::sim::fem {
 bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int t, std::span<const Vec3> x,
                          const std::vector<Mat3>& plastic_strain, Elements& elements, double& energy);
 
+// How many of tets t .. t + 3 have a negative determinant of their edges.
+int inverted_of_four(const std::vector<Tet>& tets, int t, std::span<const Vec3> x);
+
 }  // namespace crumple::sim::fem

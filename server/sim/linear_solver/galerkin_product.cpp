@@ -3,6 +3,7 @@
 #include "server/sim/linear_solver/lanes.h"
 
 #include <algorithm>
+#include <cstring>
 #include <functional>
 
 namespace crumple::sim::linear_solver {
@@ -10,22 +11,26 @@ namespace {
 
 constexpr int kRowsPerChunk = 64;  // coarse rows: each gathers a few dozen fine ones
 
-LaneBlock load_block(const float* p) {
-  LaneBlock B;
-  for (int j = 0; j < 3; ++j) B.column[j] = load_lanes(p + 3 * j);
-  return B;
-}
+// Weighted sum of 3x3 blocks, nine numbers each by columns.
+struct BlockSum {
+  Octet first{};
+  float last = 0;
 
-void add_scaled(const LaneBlock& B, float weight, LaneBlock& sum) {
-  for (int j = 0; j < 3; ++j) sum.column[j] = multiply_add(B.column[j], lanes(weight), sum.column[j]);
-}
-
-Eigen::Matrix3f to_matrix(const LaneBlock& B) {
-  Eigen::Matrix3f m;
-  for (int j = 0; j < 3; ++j)
-    for (int i = 0; i < 3; ++i) m(i, j) = B.column[j][i];
-  return m;
-}
+  void add(const float* block, float weight) {
+    first = multiply_add(load_octet(block), octet(weight), first);
+    last += weight * block[8];
+  }
+  void add(const Mat3& block, float weight) {
+    const Eigen::Matrix3f single = block.cast<float>();
+    add(single.data(), weight);
+  }
+  Eigen::Matrix3f matrix() const {
+    Eigen::Matrix3f m;
+    std::memcpy(m.data(), &first, sizeof first);
+    m(2, 2) = last;
+    return m;
+  }
+};
 
 // visit(j, block, w_i): for each fine i that I moves by w_i, and each block (i, j) of its row; -1 - i: the diagonal's.
 template <class Visit>
@@ -149,13 +154,19 @@ void GalerkinProduct::find_terms(const LevelGraph& fine, const LevelTransfer& t,
 
 void GalerkinProduct::update(const float* values, std::span<const Mat3> diagonal, BlockSparseMatrix<float>& A_c, const ThreadPool& pool) const {
   const auto sum = [&](int coarse_block) {
-    LaneBlock block;
-    for (int k = term_start_[coarse_block]; k < term_start_[coarse_block + 1]; ++k) {
-      const Term& term = terms_[k];
-      add_scaled(term.fine >= 0 ? load_block(values + 9 * static_cast<std::ptrdiff_t>(term.fine)) : LaneBlock(diagonal[-1 - term.fine]),
-                 term.weight, block);
+    BlockSum of_even, of_odd;  // two, since one addition waits for the one before
+    const auto add = [&](const Term& term, BlockSum& to) {
+      if (term.fine >= 0) to.add(values + 9 * static_cast<std::ptrdiff_t>(term.fine), term.weight);
+      else to.add(diagonal[-1 - term.fine], term.weight);
+    };
+    const int end = term_start_[coarse_block + 1];
+    int k = term_start_[coarse_block];
+    for (; k + 1 < end; k += 2) {
+      add(terms_[k], of_even);
+      add(terms_[k + 1], of_odd);
     }
-    return to_matrix(block);
+    if (k < end) add(terms_[k], of_even);
+    return (of_even.matrix() + of_odd.matrix()).eval();
   };
   const auto rows = [&](int begin, int end) {
     for (int I = begin; I < end; ++I) {
