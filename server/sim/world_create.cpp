@@ -2,6 +2,7 @@
 #include "server/sim/world_impl.h"
 
 #include <algorithm>
+#include <functional>
 
 namespace crumple::sim {
 namespace {
@@ -57,7 +58,26 @@ Result<void> World::Impl::make_bodies() {
       default: topology.bodies[id] = solids[index].topology(body, reach);
     }
   }
+  prepare();
   return {};
+}
+
+// What else the first step would make besides its own work: patterns, coarse levels, factors, memory. It is found by a solve of the scene as
+// it starts, of which nothing is taken: a large body's first step takes no longer than others.
+void World::Impl::prepare() {
+  if (soft.empty() || scene.solver == linear_solver::SolverKind::direct) return;
+  place_for_contact();
+  contact::detect({collision_bodies, planes, scene.gravity, scene.dt, scene.contact}, pool, detection, rows);
+  const auto prepare_one = [&](int b) {
+    if (is_live(body_part(soft[b].id))) soft[b].prepare(scene.gravity, scene.dt, pool);
+  };
+  pool.for_jobs(static_cast<int>(soft.size()), std::cref(prepare_one));
+  fill_island_bodies();
+  islands::composite_islands(island_bodies, rows, composite);
+  rows.clear();
+  island_options.clear();
+  for (const islands::CompositeIsland& island : composite) island_options.push_back(solve_options(island));
+  islands::solve_all(composite, island_bodies, island_options, friction_before, pool, solve_memories, solutions);
 }
 
 }  // namespace crumple::sim

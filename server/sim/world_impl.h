@@ -116,6 +116,7 @@ struct World::Impl {
   double time() const { return static_cast<double>(step) * scene.dt; }
 
   Result<void> make_bodies();
+  void prepare();
   void make_joints();
   Result<void> check(const Command& command, const std::string& field) const;
 

@@ -109,6 +109,14 @@ void SoftBody::draw() {
   torn_.insert(torn_.end(), parted.begin(), parted.end());
 }
 
+void SoftBody::prepare(const Vec3& gravity, double dt, const ThreadPool& pool) {
+  if (is_empty()) return;
+  std::vector<fem::PrescribedNode> held;
+  for (const DrivenNodes& driven : driven_)
+    for (const int n : driven.motion.nodes) held.push_back({n, state.v[n]});
+  fem::assemble(rest, tets, state, external_force(gravity), dt, held, pool, system);
+}
+
 void SoftBody::prescribe(double time, double dt) {
   prescribed_before_.swap(prescribed_);
   prescribed_.clear();

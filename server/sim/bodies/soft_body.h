@@ -77,6 +77,8 @@ class SoftBody {
   int pieces() const { return last_fragments_; }  // face-connected components, without rigid fragments
   int all_pieces() const { return last_fragments_ + static_cast<int>(fragments.size()); }
 
+  // Assembles the body as it is made, so that what a matrix needs once is there before the first step.
+  void prepare(const Vec3& gravity, double dt, const ThreadPool& pool);
   // Velocities that take scripted nodes from where they are to their place at time + dt.
   void prescribe(double time, double dt);
   // Something jumps in this step, or in the next if this one is done: it is one of backward Euler, and so is the one after.
