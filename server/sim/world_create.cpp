@@ -1,4 +1,5 @@
 #include "common/text.h"
+#include "server/sim/fem/float_matrix.h"
 #include "server/sim/world_impl.h"
 
 #include <algorithm>
@@ -59,6 +60,13 @@ Result<void> World::Impl::make_bodies() {
     }
   }
   prepare();
+  for (const SoftBody& body : soft) {
+    if (body.float_alarm == 0) continue;
+    Event& event = add_event(EventKind::solver, body.id);
+    event.magnitude = body.float_alarm;
+    event.message = text("float_solver: ", scene.bodies[body.id].name, " is ", body.float_alarm, " times as stiff in a step as heavy; above ",
+                         fem::kFloatStiffness, " solves in float may miss their tolerance");
+  }
   return {};
 }
 

@@ -174,6 +174,24 @@ TEST(WorldIntegrator, LargeBodiesThatAreNotStiffHaveAMatrixInFloat) {
   EXPECT_EQ(beam_after(1e6, std::nullopt, kSmall).first, beam_after(1e6, false, kSmall).first);
 }
 
+TEST(WorldIntegrator, AFloatMatrixThatTheSceneAsksForIsWarnedOfWhereItIsTooCoarse) {
+  const auto warnings = [](double young, std::optional<bool> float_solver) {
+    SceneDescription scene;
+    scene.bodies = {held_beam({6, 2, 2}, young)};
+    scene.float_solver = float_solver;
+    std::vector<Event> events = make_world(scene)->take_events();
+    std::erase_if(events, [](const Event& event) { return event.kind != EventKind::solver; });
+    return events;
+  };
+  EXPECT_EQ(warnings(1e6, true).size(), 0u);
+  EXPECT_EQ(warnings(1e10, false).size(), 0u);
+  EXPECT_EQ(warnings(1e10, std::nullopt).size(), 0u);
+  const std::vector<Event> found = warnings(1e10, true);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_GT(found[0].magnitude, 1e5);
+  EXPECT_NE(found[0].message.find("float_solver: beam is "), std::string::npos) << found[0].message;
+}
+
 TEST(WorldIntegrator, WhatBreaksIsRoughInTheNextStep) {
   BodyDescription bar = soft_block("bar", {6, 1, 1}, 0.1, at(0, 0, 0), Vec3::Zero(), 1e6);
   auto& model = std::get<FemModel>(bar.model);
