@@ -2,7 +2,6 @@
 
 #include "server/sim/cross_matrix.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <cmath>
@@ -15,12 +14,6 @@ HexahedronForces hexahedron_forces(const MacroElements& m, int d, const Mat38& Y
   for (int a = 0; a < 8; ++a) moment += Vec3(Y.col(a)).cross(forces.corner[a]);
   forces.stress = moment_balance(S, Vec3(-moment / m.volume[d]));
   return forces;
-}
-
-Mat3 tensile_part(const Mat3& stress) {
-  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
-  eigen.computeDirect(stress);
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
 }
 
 Mat38 local_corners(const MacroElements& m, int d, const std::vector<Vec3>& x, const Mat3& Q) {

@@ -35,6 +35,5 @@ void add_hexahedron_block(const MacroElements& m, const MacroStates& states, int
 // 1 cm in cells of 10 cm burst at 0.7 % of strain. (Linear tets of that size lock across, so that they do not.) With it f(x) - K dx also turns
 // with the body. Compression would take stiffness away and is left out: positive semi-definite.
 inline double tension_stiffness(const MacroStates& states, int a, int b) { return states.core[a].dot(states.tension[a / 8] * states.core[b]); }
-Mat3 tensile_part(const Mat3& stress);  // of its principal stresses the positive ones
 
 }  // namespace crumple::sim::fem

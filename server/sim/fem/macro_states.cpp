@@ -7,6 +7,7 @@
 #include "server/sim/fem/plasticity.h"
 #include "server/sim/fem/rotation.h"
 #include "server/sim/fem/smoothed_octahedron.h"
+#include "server/sim/fem/tensile_part.h"
 
 #include <Eigen/LU>
 

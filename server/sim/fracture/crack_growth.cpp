@@ -1,5 +1,7 @@
 #include "server/sim/fracture/crack_growth.h"
 
+#include "server/sim/fem/tensile_part.h"
+
 #include <algorithm>
 #include <optional>
 #include <queue>
@@ -76,7 +78,7 @@ void CrackGrowth::relieve(const NodeSplit& split, double toughness) {
     for (const int t : stars_[node]) {
       affected_.insert(affected_.end(), tets_[t].begin(), tets_[t].end());
       if (toughness_.of(t) > toughness) continue;
-      const Mat3 tensile = tensile_part(stress_[t]);
+      const Mat3 tensile = fem::tensile_part(stress_[t]);
       stress_[t] += P * tensile * P - tensile;
       set_part_forces(t, stress_[t], normals_[t], forces_);
     }

@@ -15,9 +15,6 @@ namespace crumple::sim::fracture {
 // m(a) = a a^T / |a|, zero for a = 0: eigenvector a with eigenvalue |a|.
 Mat3 outer_by_length(const Vec3& a);
 
-// sigma+ = sum_i max(0, s_i) n_i n_i^T over the eigenpairs (s_i, n_i) of a symmetric sigma; sigma- is the rest.
-Mat3 tensile_part(const Mat3& sigma);
-
 // Nodal forces of the tensile and the compressive part of each tet's stress; sized on first use.
 struct PartForces {
   std::vector<Mat34> tensile;      // f+ on the tet's nodes [N]

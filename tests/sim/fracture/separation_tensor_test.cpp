@@ -31,15 +31,6 @@ TEST(SeparationTensor, OuterByLengthHasOneEigenvalueTheLength) {
   EXPECT_EQ(outer_by_length(Vec3::Zero()), Mat3::Zero());
 }
 
-TEST(SeparationTensor, TensilePartKeepsThePositiveEigenvalues) {
-  Mat3 sigma;
-  sigma << 1, 2, 0, 2, -3, 1, 0, 1, 2;
-  const Mat3 tensile = tensile_part(sigma), compressive = sigma - tensile;
-  EXPECT_GE(eigenvalues(tensile)[0], -1e-14);
-  EXPECT_LE(eigenvalues(compressive)[2], 1e-14);
-  EXPECT_LT((tensile * compressive).norm(), 1e-14);  // they share no direction
-}
-
 // The reference's numbers (FORMULAS F10) for unit stress and unit area H^2, to the digits they are given with.
 TEST(SeparationTensor, UniaxialTensionOnAnInteriorNodeIsH2InTheAxes) {
   for (int axis = 0; axis < 3; ++axis) {
