@@ -13,6 +13,7 @@ std::string to_string(EventKind kind) {
     case EventKind::guard: return "guard";
     case EventKind::dust: return "dust";
     case EventKind::parted: return "parted";
+    case EventKind::warning: return "warning";
   }
   return "unknown";
 }

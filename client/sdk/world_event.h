@@ -19,6 +19,7 @@ enum class EventKind : std::uint8_t {
   guard,         // a body is stepped more carefully, or normally again: `magnitude` is what was found
   dust,          // `count` grains leave the new surfaces of a finite-element body: `particles`
   parted,        // a joint of a body gave way at `point` to a force of `magnitude` [N]
+  warning,       // something that the scene asks of a body may not hold: `message` says what
 };
 
 // What happened in a world. Ordered, numbered without gaps.

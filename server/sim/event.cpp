@@ -13,6 +13,7 @@ const char* name(EventKind kind) {
     case EventKind::guard: return "guard";
     case EventKind::dust: return "dust";
     case EventKind::parted: return "parted";
+    case EventKind::warning: return "warning";
   }
   return "";
 }

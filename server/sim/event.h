@@ -13,12 +13,12 @@ enum class EventKind : std::uint8_t {
   topology,    // the drawn topology changed: `epoch`
   dent,        // an example-based body took a plastic impulse of `magnitude` [N s]
   script,      // a scripted command was applied
-  solver,      // a solve ended at its cap: `magnitude` is the residual; or float_solver asks for floats where they are too coarse:
-               // `magnitude` is the body's stiffness over its mass
+  solver,      // a solve ended at its cap: `magnitude` is the residual
   frozen,      // a body's state became non-finite, or its energy grew for ever; it is held where it last was
   guard,       // an island is stepped more carefully, or normally again: `magnitude` is what was found
   dust,        // `count` grains leave the new surfaces of a finite-element body: `particles`
   parted,      // a joint of a body gave way at `point` to a force of `magnitude` [N]
+  warning,     // something that the scene asks of a body may not hold: `message` says what
 };
 
 const char* name(EventKind kind);  // as spelled above

@@ -60,32 +60,43 @@ Result<void> World::Impl::make_bodies() {
     }
   }
   prepare();
-  for (const SoftBody& body : soft) {
-    if (body.float_alarm == 0) continue;
-    Event& event = add_event(EventKind::solver, body.id);
-    event.magnitude = body.float_alarm;
-    event.message = text("float_solver: ", scene.bodies[body.id].name, " is ", body.float_alarm, " times as stiff in a step as heavy; above ",
-                         fem::kFloatStiffness, " solves in float may miss their tolerance");
-  }
+  if (scene.float_solver.value_or(false)) warn_of_floats();
   return {};
 }
 
-// What else the first step would make besides its own work: patterns, coarse levels, factors, memory. It is found by a solve of the scene as
-// it starts, of which nothing is taken: a large body's first step takes no longer than others.
+void World::Impl::warn_of_floats() {
+  for (const SoftBody& body : soft) {
+    if (body.is_kinematic()) continue;
+    const double stiffness = fem::stiffness_over_mass(body.rest, scene.dt);
+    if (stiffness <= fem::kFloatStiffness) continue;
+    Event& event = add_event(EventKind::warning, body.id);
+    event.magnitude = stiffness;
+    event.message = text("float_solver: ", scene.bodies[body.id].name, " is ", stiffness, " times as stiff in a step as heavy; above ",
+                         fem::kFloatStiffness, " solves in float may miss their tolerance");
+  }
+}
+
+// Patterns and coarse levels, which a large body's first step would take longer for, and the memory of a solve. Each body is assembled
+// where it starts, sleepers too, and solved by itself without an iteration. Not factors: what touches something needs none. A direct
+// solve keeps nothing from step to step.
 void World::Impl::prepare() {
-  if (soft.empty() || scene.solver == linear_solver::SolverKind::direct) return;
-  place_for_contact();
-  contact::detect({collision_bodies, planes, scene.gravity, scene.dt, scene.contact}, pool, detection, rows);
-  const auto prepare_one = [&](int b) {
-    if (is_live(body_part(soft[b].id))) soft[b].prepare(scene.gravity, scene.dt, pool);
+  if (scene.solver == linear_solver::SolverKind::direct) return;
+  const auto assemble_one = [&](int b) {
+    if (!soft[b].is_kinematic()) soft[b].prepare(scene.gravity, scene.dt, pool);
   };
-  pool.for_jobs(static_cast<int>(soft.size()), std::cref(prepare_one));
-  fill_island_bodies();
-  islands::composite_islands(island_bodies, rows, composite);
-  rows.clear();
-  island_options.clear();
-  for (const islands::CompositeIsland& island : composite) island_options.push_back(solve_options(island));
-  islands::solve_all(composite, island_bodies, island_options, friction_before, pool, solve_memories, solutions);
+  pool.for_jobs(static_cast<int>(soft.size()), std::cref(assemble_one));
+  std::vector<islands::CompositeIsland> alone;
+  std::vector<islands::IslandOptions> options;
+  island_bodies.resize(soft.size());
+  for (int b = 0; b < static_cast<int>(soft.size()); ++b) {
+    if (soft[b].is_empty() || soft[b].is_kinematic()) continue;
+    set_unknowns(soft[b], island_bodies[b]);
+    island_bodies[b].factor = nullptr;
+    alone.push_back({.soft = {b}});
+    options.push_back(solve_options(alone.back()));
+    options.back().solve.max_iterations = 0;
+  }
+  islands::solve_all(alone, island_bodies, options, {}, pool, solve_memories, solutions);
 }
 
 }  // namespace crumple::sim

@@ -117,6 +117,7 @@ struct World::Impl {
 
   Result<void> make_bodies();
   void prepare();
+  void warn_of_floats();
   void make_joints();
   Result<void> check(const Command& command, const std::string& field) const;
 
@@ -174,6 +175,7 @@ struct World::Impl {
 
   guard::Rung rung(const islands::CompositeIsland& island) const;  // the highest of its bodies'
   islands::IslandOptions solve_options(const islands::CompositeIsland& island) const;
+  void set_unknowns(SoftBody& body, islands::IslandBody& unknowns);
   void fill_island_bodies();
   void open_account(const islands::CompositeIsland& island, IslandAccount& account) const;
   void take(const islands::CompositeIsland& island, const islands::IslandSolution& solution, double h, IslandAccount& account,

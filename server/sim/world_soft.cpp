@@ -94,6 +94,17 @@ void World::Impl::assemble() {
   pool.for_jobs(static_cast<int>(soft.size()), std::cref(job));
 }
 
+void World::Impl::set_unknowns(SoftBody& body, islands::IslandBody& unknowns) {
+  unknowns.system = &body.system;
+  unknowns.v_before = &body.v_before;
+  unknowns.x = &body.state.x;
+  unknowns.X = &body.X;
+  unknowns.mean_tet_volume = body.mean_tet_volume;
+  unknowns.hierarchy = &body.hierarchy;
+  unknowns.rest = &body.rest;
+  if (body.is_whole()) unknowns.factor = &body.factor;
+}
+
 void World::Impl::fill_island_bodies() {
   std::vector<islands::IslandBody>& bodies = island_bodies;
   bodies.resize(collision_bodies.size());
@@ -106,15 +117,7 @@ void World::Impl::fill_island_bodies() {
       continue;
     }
     if (b < soft.size()) {
-      if (soft[b].is_empty()) continue;
-      bodies[b].system = &soft[b].system;
-      bodies[b].v_before = &soft[b].v_before;
-      bodies[b].x = &soft[b].state.x;
-      bodies[b].X = &soft[b].X;
-      bodies[b].mean_tet_volume = soft[b].mean_tet_volume;
-      bodies[b].hierarchy = &soft[b].hierarchy;
-      bodies[b].rest = &soft[b].rest;
-      if (soft[b].is_whole()) bodies[b].factor = &soft[b].factor;
+      if (!soft[b].is_empty()) set_unknowns(soft[b], bodies[b]);
       continue;
     }
     if (!rigid.is_moving(id)) continue;

@@ -46,10 +46,6 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
   soft.mean_tet_volume =
       std::accumulate(soft.rest.volume.begin(), soft.rest.volume.end(), 0.0) / soft.rest.tet_count();
   soft.system = fem::StepSystem(options.float_solver ? *options.float_solver : fem::takes_float(soft.rest, options.dt));
-  if (options.float_solver.value_or(false)) {
-    const double stiffness = fem::stiffness_over_mass(soft.rest, options.dt);
-    if (stiffness > fem::kFloatStiffness) soft.float_alarm = stiffness;
-  }
   soft.options_ = options;
   soft.tet_mass_ = tet_masses_of(soft.rest);
   for (int k = 0; k < soft.rest.material_count(); ++k) {
@@ -351,7 +347,7 @@ Vec3 SoftBody::momentum() const {
 
 std::vector<double> SoftBody::von_mises() const {
   std::vector<double> values(tets.size());
-  // Before the first step, and where nothing was moved since: stress-free.
+  // Of what was never assembled or moved: stress-free.
   if (rest.grouped() ? system.tets.empty() && !system.elements.is_of(rest) : system.elements.sigma.size() < tets.size()) return values;
   const bool at_state = elements_at_state_ && system.elements.is_of(rest);
   const fem::Elements now = at_state ? fem::Elements{} : elements_now();

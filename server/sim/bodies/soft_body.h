@@ -59,7 +59,6 @@ class SoftBody {
   std::vector<Vec3> v_before;                   // velocities before the last advance() [m/s]; none: not known
   fem::StepSystem system;
   double mean_tet_volume = 0;                   // [m^3]
-  double float_alarm = 0;                       // of a matrix in float because the scene says so: stiffness over mass, where above what floats bear
   linear_solver::MultigridHierarchy hierarchy;  // coarse levels of `system`
   fem::WarpedFactor factor;                     // of `system` at rest
   Eigen::VectorXd impulse;                      // 3n: asked for by commands in this step [N s]

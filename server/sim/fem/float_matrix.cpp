@@ -1,6 +1,8 @@
 #include "server/sim/fem/float_matrix.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace crumple::sim::fem {
 
@@ -10,7 +12,9 @@ double stiffness_over_mass(const RestBody& rest, double dt) {
     const FemMaterial& material = rest.material_of(t);
     const double modulus = rest.lame_of(t).lambda + 4 * rest.lame_of(t).mu;
     const double factor = (dt * material.damping_stiffness + dt * dt) / (3 * material.density);
-    most = std::max(most, factor * modulus * rest.gradients(t).squaredNorm());
+    const double own = factor * modulus * rest.gradients(t).squaredNorm();
+    if (!std::isfinite(own)) return std::numeric_limits<double>::infinity();
+    most = std::max(most, own);
   }
   return most;
 }

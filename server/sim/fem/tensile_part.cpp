@@ -6,7 +6,7 @@ namespace {
 Quad positive(Quad s) { return s > Quad{} ? s : Quad{}; }
 Quad or_one(Quad s) { return s > Quad{} ? s : quad(1); }  // of a divisor
 
-// cos(acos(r) / 3) for r in [0, 1]: the root of 4 c^3 - 3 c = r from sqrt(3) / 2 on, by Newton from the chord.
+// cos(acos(r) / 3) for r in [0, 1], of Smith's formula: the root of 4 c^3 - 3 c = r from sqrt(3) / 2 on, by Newton from the chord.
 Quad cosine_of_third(Quad r) {
   constexpr double kLeast = 0.86602540378443864676;
   Quad c = multiply_add(r, quad(1 - kLeast), quad(kLeast));
@@ -19,7 +19,7 @@ Quad cosine_of_third(Quad r) {
 
 }  // namespace
 
-// Without eigenvectors, as a polynomial in sigma. The eigenvalue that stands apart from the two others is well conditioned, and so are the
+// Without eigenvectors, as a polynomial in sigma. The three eigenvalues are Smith's (SM); what is ours: the eigenvalue that stands apart from the two others is well conditioned, and so are the
 // projector P on its direction and the deviator D of what is left in the plane across, whatever coincides:
 //   sigma = m I + p L,  |L|^2 = 6,  L P = k P,  sigma = (m + p k) P + (m - p k / 2) (I - P) + D,  D's eigenvalues +-d and 0,
 // and max(0, .) takes each of the eigenvalues m + p k, m - p k / 2 +- d by itself.

@@ -67,6 +67,23 @@ TEST(ElementQuad, LeavesWhatIsNearlySingularToTheOthers) {
 }
 
 // Several materials in the lanes: constants, rotation rule and the moment's balance are each tet's own.
+// In every lane, and in the tail that fills none.
+TEST(ElementQuad, InvertedTetsAreCountedWhereverTheyStand) {
+  Shaken body(0.3);
+  std::vector<int> of_lane(5, 0);  // the tail last
+  for (const std::size_t tets : {96u, 95u, 94u, 93u, 3u, 1u}) {
+    body.mesh.tets.resize(tets);
+    int count = 0;
+    for (std::size_t t = 0; t < tets; ++t) {
+      const bool inverted = edge_matrix(gather(body.state.x, body.mesh.tets[t])).determinant() < 0;
+      count += inverted;
+      of_lane[t < tets / 4 * 4 ? t % 4 : 4] += inverted;
+    }
+    EXPECT_EQ(inverted_count(body.mesh.tets, body.state.x, ThreadPool(1)), count);
+  }
+  for (const int lane : of_lane) EXPECT_GT(lane, 0);
+}
+
 TEST(ElementQuad, LanesHaveTheirOwnMaterials) {
   Shaken body(0.02);
   FemMaterial soft, metal{.young = 3e8, .poisson = 0.1}, paper{.young = 2e7, .rotation = RotationRule::polar_qr};
