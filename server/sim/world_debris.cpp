@@ -20,23 +20,22 @@ islands::IslandBody World::Impl::debris_for_islands(int body, double h) {
 }
 
 void World::Impl::hand_over() {
-  handed_over.resize(soft.size());
-  const auto part = [&](int b) {
-    if (!is_asleep(soft[b])) handed_over[b] = soft[b].hand_over(pool);
-  };
-  pool.for_jobs(static_cast<int>(soft.size()), std::cref(part));
-  for (std::size_t b = 0; b < soft.size(); ++b) {
-    const SoftBody::HandOver moved = std::exchange(handed_over[b], {});
+  handed_over.resize(breakable.size());
+  const auto part = [&](int k) { handed_over[k] = soft[breakable[k]].hand_over(pool); };
+  pool.for_jobs(static_cast<int>(breakable.size()), std::cref(part));
+  for (std::size_t k = 0; k < breakable.size(); ++k) {
+    const int b = breakable[k];
+    const SoftBody::HandOver moved = std::exchange(handed_over[k], {});
     if (moved.count == 0) continue;
     const int before = first_debris + static_cast<int>(debris.size());
-    for (int k = 0; k < moved.count; ++k) {
-      debris.push_back({static_cast<int>(b), static_cast<int>(soft[b].fragments.size()) - moved.count + k});
+    for (int own = static_cast<int>(soft[b].fragments.size()) - moved.count; own < static_cast<int>(soft[b].fragments.size()); ++own) {
+      debris.push_back({b, own});
       sleepers.add_live();
       stillness.emplace_back();
       sleeping_box.emplace_back();
       disturbed.push_back(0);
     }
-    follow_hand_over(static_cast<int>(b), moved, before);
+    follow_hand_over(b, moved, before);
   }
 }
 

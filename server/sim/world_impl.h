@@ -92,7 +92,8 @@ struct World::Impl {
   std::vector<char> was_capped;                          // one a soft body: its last solve ended at its cap
   std::vector<FractureOutcome> broken;                   // one a soft body: in this step so far
   std::vector<char> spent;                               // one a soft body: most of what breaks in this step has
-  std::vector<SoftBody::HandOver> handed_over;           // one a soft body: scratch of hand_over()
+  std::vector<int> breakable;                            // soft bodies that may break in this step
+  std::vector<SoftBody::HandOver> handed_over;           // one of these each: scratch of hand_over(), that quiet steps allocate nothing
   std::vector<SoftBody::Energy> soft_energy;             // one a soft body, after assemble
   std::vector<char> disturbed;                           // by Part: commands or scripts move it in this step
   std::vector<contact::Box3> sleeping_box;               // by Part, of those that are asleep

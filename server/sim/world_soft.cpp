@@ -245,14 +245,16 @@ void World::Impl::plastic_flow() {
 }
 
 void World::Impl::fracture(StepReport& report) {
-  std::vector<std::size_t> broke;
-  const auto break_one = [&](int b) {
-    if (!is_asleep(soft[b])) broken[b] += soft[b].fracture(scene.seed, step, pool);
-  };
-  pool.for_jobs(static_cast<int>(soft.size()), std::cref(break_one));
-  for (std::size_t b = 0; b < soft.size(); ++b) {
+  breakable.clear();
+  for (int b = 0; b < static_cast<int>(soft.size()); ++b)
+    if (soft[b].rest.breakable() && !is_asleep(soft[b])) breakable.push_back(b);
+  if (breakable.empty()) return;
+  const auto break_one = [&](int k) { broken[breakable[k]] += soft[breakable[k]].fracture(scene.seed, step, pool); };
+  pool.for_jobs(static_cast<int>(breakable.size()), std::cref(break_one));
+  std::vector<int> broke;
+  for (const int b : breakable) {
     const FractureOutcome& outcome = broken[b];
-    if (is_asleep(soft[b]) || outcome.splits == 0) continue;
+    if (outcome.splits == 0) continue;
     broke.push_back(b);
     report.splits += outcome.splits;
     const BodyId id = soft[b].id;
@@ -270,7 +272,7 @@ void World::Impl::fracture(StepReport& report) {
     drawn[k] = soft[broke[k]].topology();
   });
   for (std::size_t k = 0; k < broke.size(); ++k) {
-    const std::size_t b = broke[k];
+    const int b = broke[k];
     BodyTopology& known = topology.bodies[soft[b].id];
     if (drawn[k].triangles != known.triangles || drawn[k].vertices.size() != known.vertices.size()) {  // not where nothing shows of it
       drawn[k].epoch = topology.epoch + 1;
