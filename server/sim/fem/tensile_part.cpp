@@ -19,8 +19,9 @@ Quad cosine_of_third(Quad r) {
 
 }  // namespace
 
-// Without eigenvectors, as a polynomial in sigma. The three eigenvalues are Smith's (SM); what is ours: the eigenvalue that stands apart from the two others is well conditioned, and so are the
-// projector P on its direction and the deviator D of what is left in the plane across, whatever coincides:
+// Without eigenvectors, as a polynomial in sigma. The eigenvalue that stands apart from the two others is Smith's (SM), and well
+// conditioned. So, which is ours, are the projector P on its direction and the deviator D of what is left in the plane across,
+// whatever coincides:
 //   sigma = m I + p L,  |L|^2 = 6,  L P = k P,  sigma = (m + p k) P + (m - p k / 2) (I - P) + D,  D's eigenvalues +-d and 0,
 // and max(0, .) takes each of the eigenvalues m + p k, m - p k / 2 +- d by itself.
 QuadMatrix tensile_parts(const QuadMatrix& sigma) {

@@ -34,7 +34,8 @@ std::vector<Mat3> stresses() {
   for (const double size : {1e-150, 1e-100, 1e100, 1e150}) all.push_back(size * turned(random, Vec3(1, -2, 0.5)));
   for (int k = 0; k < 2000; ++k) all.push_back(turned(random, Vec3(normal(random), normal(random), normal(random))));
   for (double gap = 1; gap > 1e-20; gap *= 0.1) {
-    for (const Vec3& base : {Vec3(1, 1, -2), Vec3(-1, -1, 2), Vec3(0, 0, -2), Vec3(0, 0, 2), Vec3(1, 1, 1), Vec3(-1, -1, -1), Vec3(0, 1, 1)})
+    for (const Vec3& base : {Vec3(1, 1, -2), Vec3(-1, -1, 2), Vec3(0, 0, -2), Vec3(0, 0, 2), Vec3(1, 1, 1), Vec3(-1, -1, -1),
+                             Vec3(0, 1, 1)})
       all.push_back(1e7 * turned(random, base + gap * Vec3(normal(random), normal(random), normal(random))));
   }
   return all;

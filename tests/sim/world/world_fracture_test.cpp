@@ -103,7 +103,10 @@ TEST(WorldFracture, WhatBurstsByItselfIsLookedAtOnceAStep) {
     auto world = make_world(scene);
     int most = 0, touching = 0;
     for (int k = 0; k < 12; ++k) {
-      if (!with_ball) EXPECT_TRUE(world->submit(ApplyImpulse{.body = 0, .impulse = Vec3(0, 0, 150), .point = Vec3(0.1 * k, 0, 0.05), .radius = 0.3}));
+      if (!with_ball) {
+        const Vec3 point(0.1 * k, 0, 0.05);
+        EXPECT_TRUE(world->submit(ApplyImpulse{.body = 0, .impulse = Vec3(0, 0, 150), .point = point, .radius = 0.3}));
+      }
       const bool has_shards = world->fem(0).rigid_fragments > 0;
       const StepReport report = world->step();
       most = std::max(most, report.splits);
