@@ -1,6 +1,7 @@
 #include "server/sim/contact/detect.h"
 
 #include "server/sim/contact/detector.h"
+#include "server/sim/contact/surface_depth.h"
 
 #include <algorithm>
 #include <cmath>
@@ -230,23 +231,28 @@ void Detector::share_out(const Share& share, std::span<ContactRow> rows) const {
   for (ContactRow& row : rows) row.c_n *= least / std::max(area, 1e-9 * least);
 }
 
-// Contact of two tets at part s of the step's way.
+// Contact of two tets at part s of the step's way. On the way of what is fast the surfaces are anywhere in each other: there depth is V/A.
 void Detector::meet_tets(double s, const TetOfUnit& a, const TetOfUnit& b, const Share& share, FoundRows& found) const {
   if (!(a.shape.volume > 0 && b.shape.volume > 0)) return;
   const TetOverlap common = overlap(a.shape, b.shape);
   if (common.volume == 0) return;
+  const bool raw = in.settings.raw_damping;
   const ContactNormal normal = contact_normal(common, a.shape, b.shape, a.tet.exterior, b.tet.exterior);
+  const double area = normal.r.norm();
   ContactRow row;
-  row.area = normal.r.norm();
+  row.area = raw ? area : normal.weight * area;
   if (!(row.area > 0)) return;
-  row.normal = normal.r / row.area;
+  row.normal = normal.r / area;
   row.point = common.centroid;
   row.volume = common.volume;
   set_friction(row, in.bodies[a.unit.body].friction, in.bodies[b.unit.body].friction);
   const Vec3 u = add_side(row, 0, s, a.unit, a.tet, barycentric(a.shape, row.point)) +
                  add_side(row, 1, s, b.unit, b.tet, barycentric(b.shape, row.point));
-  finish(row, u, s, overlap_depth(common.volume, row.area), share.mass, share.volume);
-  if (!in.settings.raw_damping) turn_back(row, u, at_start(a.unit, a.tet), at_start(b.unit, b.tet));
+  const bool fast = a.unit.fast || b.unit.fast;
+  const double depth = raw || fast ? overlap_depth(common.volume, area)
+                                   : surface_depth(common, area, row.normal, {a.shape, a.tet.exterior}, {b.shape, b.tet.exterior});
+  finish(row, u, s, depth, share.mass, share.volume);
+  if (!raw) turn_back(row, u, at_start(a.unit, a.tet), at_start(b.unit, b.tet));
   (normal.from_surface ? found.surface : found.buried).push_back(row);
 }
 

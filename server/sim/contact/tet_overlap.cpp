@@ -9,7 +9,9 @@ namespace {
 
 constexpr std::array<std::array<int, 3>, 4> kFace{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
-constexpr double kRim = 0.3;  // of the overlap's widest face: a share of the surface below this is its rim
+// Of the overlap's widest face: a share of the surface below this is its rim, above twice this it counts in full. Between the two a
+// row grows: rows that come and go in full, with a depth and a direction of their own, kept corners of a pile trembling for ever.
+constexpr double kRim = 0.3;
 
 // A planar convex polygon; a triangle clipped by four planes has at most seven corners.
 struct Polygon {
@@ -167,6 +169,8 @@ TetOverlap overlap(const OrientedTet& a, const OrientedTet& b) {
     }
     result.face_area[f] = area_vector(face);
     moments.add(face);
+    std::copy_n(face.p.begin(), face.count, result.corners.begin() + result.corner_count);
+    result.corner_count += face.count;
   }
   if (!(moments.volume() > 1e-12 * std::min(a.volume, b.volume))) return result;
   result.volume = moments.volume();
@@ -193,7 +197,7 @@ ContactNormal contact_normal(const TetOverlap& overlap, const OrientedTet& a, co
   Vec3 r = (area_a * r_a + area_b * r_b) / std::max(area_a + area_b, 1e-300);
   // A thin overlap parts across its width. Where the surface has a share of its rim only, as under the side faces of a
   // block that rests on another, r would push along it: V/|r| then is a length of the overlap, not its depth.
-  if (r.norm() > kRim * widest) return {r, true};
+  if (r.norm() > kRim * widest) return {r, true, std::min(r.norm() / (kRim * widest) - 1, 1.0)};
   if (area_a + area_b > 1e-3 * face) return {r, false};
 
   // No surface takes part: deep overlap. All faces of the first, as printed in the paper ...

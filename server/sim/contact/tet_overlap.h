@@ -31,6 +31,9 @@ struct TetOverlap {
   // Outward area vectors [m^2] of the parts of the eight faces that bound the overlap: 0..3 the first tet's face
   // opposite node k, 4..7 the second's. They sum to zero.
   std::array<Vec3, 8> face_area{};
+  // Corners of those parts of faces, each once for every one it belongs to: the first corner_count are set.
+  std::array<Vec3, 64> corners;
+  int corner_count = 0;
 };
 // Both volumes > 0.
 TetOverlap overlap(const OrientedTet& a, const OrientedTet& b);
@@ -38,6 +41,7 @@ TetOverlap overlap(const OrientedTet& a, const OrientedTet& b);
 struct ContactNormal {
   Vec3 r;             // direction in which the first tet is pushed, times the contact's area [m^2]
   bool from_surface;  // false: no face of the surface bounds the overlap, or only at its rim: r is a fallback
+  double weight = 1;  // [0, 1]: next to nothing where the surface has little more than a share of the rim
 };
 // Area-weighted normals of the faces contributed by one of the two, here only of faces in the exterior masks (bit k: the
 // face opposite node k belongs to the body's surface). Swapping the two gives -r.

@@ -239,6 +239,25 @@ TEST(ContactNormal, OfAFlatContactIsTheFaceAndNotTheMeshersCuts) {
   EXPECT_NEAR(total.z(), 0.75 * 0.85, 2e-3);  // wedges beside the cuts have only one of the two faces: order depth
 }
 
+// A slab of growing thickness t whose side alone belongs to the surface: its rim while t is small.
+TEST(ContactNormal, ASurfaceThatIsMoreThanTheRimComesInWithNoWeight) {
+  const OrientedTet a = orient(corner_tet(Vec3::Zero()));
+  double before = 0;
+  for (double t = 0.02; t < 0.6; t += 0.005) {
+    Mat34 below;  // y < t
+    below << Vec3(-10, t, -10), Vec3(20, t, -10), Vec3(-10, t, 20), Vec3(-5, -10, -5);
+    const OrientedTet b = orient(below);
+    const ContactNormal normal = contact_normal(overlap(a, b), a, b, 1 << 1, 0);
+    EXPECT_EQ(normal.from_surface, t * (1 - t / 2) > 0.3 * 0.5) << t;
+    if (!normal.from_surface) continue;
+    EXPECT_LT((normal.r.normalized() - Vec3::UnitX()).norm(), 1e-12);
+    EXPECT_GT(normal.weight, before - 1e-12);
+    EXPECT_LT(normal.weight, before + 0.1) << t;
+    before = normal.weight;
+  }
+  EXPECT_GT(before, 0.9);  // then the sloping face is the widest
+}
+
 TEST(ContactNormal, OfATetInsideAnotherPointsOutOfTheNearestSurfaceFace) {
   const OrientedTet small = orient(corner_tet(Vec3(0.2, 0.2, 0.05), 0.1));
   const OrientedTet large = orient(corner_tet(Vec3::Zero()));
