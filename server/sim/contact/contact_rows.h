@@ -34,7 +34,7 @@ struct ContactRow {
   Vec3 point = Vec3::Zero();           // in W [m]
   Vec3 normal = Vec3::UnitY();         // unit, from side 1 to side 0
   Vec3 known_velocity = Vec3::Zero();  // part of u that is not unknown: prescribed nodes, kinematic bodies [m/s]
-  double area = 0;                     // |r| [m^2]
+  double area = 0;                     // |r|, of two soft bodies times ContactNormal's weight [m^2]
   double depth = 0;                    // at the start of the step [m]; negative: a gap
   double c_n = 0;                      // [N s / (m/s)]
   double target = 0;                   // s*, separation speed sought [m/s]

@@ -58,7 +58,8 @@ struct DetectionInput {
 // Default law: detection where the bodies would be at the end of the step without contact, x + dt (v + dt g);
 //   c_n = kappa m A / V^(2/3), m the reduced mass and V the smaller rest volume of the two components;
 //   s* = -gap/dt for what is still apart at the start of the step, min(depth/tau, v_max) for what overlaps there; depth is
-//   surface_depth(V, A, ...), that of what is fast overlap_depth(V, A). Rows of a surface's rim have less area (ContactNormal's weight).
+//   overlap_depth(V, A), between two soft bodies that are not fast surface_depth(V, A, ...). Rows of the rim of a soft body's surface
+//   have less area there (ContactNormal's weight).
 //   A pair whose rows have less area than 0.05 V^(2/3) together is as strong as if they had that.
 //   Which parts of a component meet where it meets itself is not asked: m and V are those of two halves, a quarter of its
 //   mass and half its volume. Rows of rigid fragments have 0.3 kappa and 2 tau. Against a plane each node below it has a row

@@ -47,12 +47,12 @@ void Detector::meet_itself(const Unit& unit, const ThreadPool& pool, std::vector
   };
   pool.for_chunks(static_cast<int>(pairs.size()), 8, std::cref(meet_some));
   const std::span<const FoundRows> all(found.data(), pairs.size());
-  const bool any_surface = std::ranges::any_of(all, [](const FoundRows& some) { return !some.surface.empty(); });
+  const bool certain = std::ranges::any_of(all, &FoundRows::certain);
   ends.clear();
   for (const FoundRows& some : all) {
-    const std::vector<ContactRow>& taken = any_surface ? some.surface : some.buried;
-    rows.insert(rows.end(), taken.begin(), taken.end());
-    if (!taken.empty()) ends.push_back(rows.size());
+    const std::size_t before = rows.size();
+    some.append_to(rows, certain);
+    if (rows.size() > before) ends.push_back(rows.size());
   }
   share_out(halves(unit), rows);
   for (std::size_t k = 0; k + 1 < ends.size(); ++k) rows[ends[k]].pair = 1;

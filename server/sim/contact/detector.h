@@ -43,8 +43,10 @@ struct FoundRows {
   // there is nothing better, when two bodies have gone deep into each other; beside a resting contact they would push
   // sideways.
   std::vector<ContactRow> buried;
+  bool certain = false;  // a row of `surface` counts in full: no other is needed
 
-  void clear() { surface.clear(), buried.clear(); }
+  void clear() { surface.clear(), buried.clear(), certain = false; }
+  void append_to(std::vector<ContactRow>& rows, bool surface_alone) const;
 };
 
 struct TetOfUnit {

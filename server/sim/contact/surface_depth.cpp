@@ -6,8 +6,8 @@
 namespace crumple::sim::contact {
 namespace {
 
-constexpr double kFacing = 0.8;  // cosine
-constexpr double kMost = 1.5;    // of V/A
+constexpr double kMinCosine = 0.8;
+constexpr double kMaxOverMean = 1.5;
 
 // Of the overlap's corners below face k.
 double deepest_below(const TetOverlap& overlap, const OrientedTet& tet, int k) {
@@ -21,7 +21,7 @@ double least_way_out(const TetOverlap& overlap, const BoundaryTet& tet, const Ve
   double least = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 4; ++k) {
     const double facing = tet.shape.n.row(k).dot(out);
-    if ((tet.exterior >> k & 1) && facing > kFacing) least = std::min(least, deepest_below(overlap, tet.shape, k) / facing);
+    if ((tet.exterior >> k & 1) && facing > kMinCosine) least = std::min(least, deepest_below(overlap, tet.shape, k) / facing);
   }
   return least;
 }
@@ -29,8 +29,9 @@ double least_way_out(const TetOverlap& overlap, const BoundaryTet& tet, const Ve
 }  // namespace
 
 double surface_depth(const TetOverlap& overlap, double area, const Vec3& normal, const BoundaryTet& a, const BoundaryTet& b) {
-  const double mean = overlap_depth(overlap.volume, area), way = std::min(least_way_out(overlap, a, -normal), least_way_out(overlap, b, normal));
-  return way < std::numeric_limits<double>::infinity() ? std::min(way, kMost * mean) : mean;
+  const double mean = overlap_depth(overlap.volume, area);
+  const double way = std::min(least_way_out(overlap, a, -normal), least_way_out(overlap, b, normal));
+  return way < std::numeric_limits<double>::infinity() ? std::min(way, kMaxOverMean * mean) : mean;
 }
 
 }  // namespace crumple::sim::contact

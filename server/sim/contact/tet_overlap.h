@@ -39,7 +39,7 @@ struct TetOverlap {
 TetOverlap overlap(const OrientedTet& a, const OrientedTet& b);
 
 struct ContactNormal {
-  Vec3 r;             // direction in which the first tet is pushed, times the contact's area [m^2]
+  Vec3 r;             // direction in which the first tet is pushed, times the contact's area (without the weight) [m^2]
   bool from_surface;  // false: no face of the surface bounds the overlap, or only at its rim: r is a fallback
   double weight = 1;  // [0, 1]: next to nothing where the surface has little more than a share of the rim
 };

@@ -1,6 +1,9 @@
 #include "server/sim/contact/detect.h"
+#include "server/sim/contact/tet_overlap.h"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "tests/support/kuhn_lattice.h"
 
@@ -90,6 +93,30 @@ TEST(Detect, RawLawIsDampingOfWhatOverlapsNow) {
     EXPECT_NEAR(row.c_n, 3e5 / 60 * row.area, 1e-12 * row.c_n);
     EXPECT_EQ(row.target, 0);
   }
+}
+
+// A cube that stands on one corner, 3 cm in another's upper face.
+TEST(Detect, CornersOfSoftBodiesAreDeeperThanVolumeOverArea) {
+  const Cube lower(Vec3::Zero(), Vec3::Zero());
+  Cube upper(Vec3::Zero(), Vec3::Zero());
+  const Mat3 R = Eigen::Quaterniond::FromTwoVectors(Vec3::Ones(), Vec3::UnitY()).toRotationMatrix();
+  for (Vec3& p : upper.x) p = R * p + Vec3(0.6, 0.97, 0.55);
+  const auto deepest_over_mean = [&](const std::vector<CollisionBody>& bodies, bool raw) {
+    DetectionInput input = input_of(bodies);
+    input.gravity.setZero();
+    input.settings.raw_damping = raw;
+    double most = 0;
+    for (const ContactRow& row : detect(input, kOneThread)) {
+      EXPECT_NEAR(row.normal.norm(), 1, 1e-12);
+      most = std::max(most, row.depth / overlap_depth(row.volume, row.area));
+    }
+    return most;
+  };
+  RigidMotion held;
+  held.movable = false;
+  EXPECT_GT(deepest_over_mean({lower.soft(), upper.soft()}, false), 1.3);
+  EXPECT_NEAR(deepest_over_mean({lower.soft(), upper.soft()}, true), 1, 1e-9);
+  EXPECT_NEAR(deepest_over_mean({lower.rigid(held), upper.soft()}, false), 1, 1e-9);
 }
 
 TEST(Detect, HeldNodesHaveNoRowAgainstAPlane) {

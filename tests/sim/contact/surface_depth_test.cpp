@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <utility>
+
 namespace crumple::sim::contact {
 namespace {
 
@@ -20,8 +23,8 @@ struct Meeting {
     common = overlap(above, below);
     area = common.face_area[7].norm();
   }
-  double depth(std::uint8_t of_above, std::uint8_t of_below) const {
-    return surface_depth(common, area, Vec3::UnitY(), {above, of_above}, {below, of_below});
+  double depth(std::uint8_t of_above, std::uint8_t of_below, const Vec3& normal = Vec3::UnitY()) const {
+    return surface_depth(common, area, normal, {above, of_above}, {below, of_below});
   }
 };
 
@@ -31,9 +34,10 @@ Mat34 tip(double depth) {
   return x;
 }
 
-Mat34 slab(double depth) {
+// deeper: of the corner at x = 18.
+Mat34 slab(double depth, double deeper = 0) {
   Mat34 x;
-  x << Vec3(-8, -depth, -8), Vec3(18, -depth, -8), Vec3(-8, -depth, 18), Vec3(-4, 9, -4);
+  x << Vec3(-8, -depth, -8), Vec3(18, -depth - deeper, -8), Vec3(-8, -depth, 18), Vec3(-4, 9, -4);
   return x;
 }
 
@@ -43,6 +47,20 @@ TEST(SurfaceDepth, OfASlabIsItsThickness) {
   EXPECT_NEAR(m.depth(kOppositeLast, kOppositeLast), 0.01, 1e-12);
   EXPECT_NEAR(m.depth(0, kOppositeLast), 0.01, 1e-12);  // either surface is enough
   EXPECT_NEAR(m.depth(kOppositeLast, 0), 0.01, 1e-12);
+}
+
+TEST(SurfaceDepth, OfAWedgeIsItsDeepestCorner) {
+  const Meeting m(slab(0.017, 0.010));
+  EXPECT_LT(overlap_depth(m.common.volume, m.area), 0.0205);
+  for (const auto [above, below] : {std::pair{kOppositeLast, kOppositeLast}, {std::uint8_t{0}, kOppositeLast}, {kOppositeLast, std::uint8_t{0}}})
+    EXPECT_NEAR(m.depth(above, below), 0.027, 1e-4);
+}
+
+TEST(SurfaceDepth, IsMeasuredAlongTheNormal) {
+  const Meeting m(slab(0.01));
+  const double cosine = 0.9;
+  const Vec3 tilted(std::sqrt(1 - cosine * cosine), cosine, 0);
+  EXPECT_NEAR(m.depth(kOppositeLast, kOppositeLast, tilted), 0.01 / cosine, 1e-12);
 }
 
 TEST(SurfaceDepth, OfATipIsHalfOfItsDepthWhereVolumeOverAreaIsAThird) {
@@ -63,6 +81,9 @@ TEST(SurfaceDepth, DoesNotDependOnWhichTetIsFirst) {
   const TetOverlap swapped = overlap(m.below, m.above);
   EXPECT_NEAR(surface_depth(swapped, m.area, -Vec3::UnitY(), {m.below, kOppositeLast}, {m.above, kBesideFirst}),
               m.depth(kBesideFirst, kOppositeLast), 1e-12);
+  const Meeting wedge(slab(0.017, 0.010));
+  EXPECT_NEAR(surface_depth(overlap(wedge.below, wedge.above), wedge.area, -Vec3::UnitY(), {wedge.below, 0}, {wedge.above, kOppositeLast}),
+              wedge.depth(kOppositeLast, 0), 1e-12);
 }
 
 }  // namespace
