@@ -17,8 +17,8 @@ constexpr double kFastPart = 1.0 / 6;
 constexpr int kMaxSamples = 16;
 
 // Contact of less than this part of V^(2/3) is as strong as of this: a corner or an edge, which comes with next to no area,
-// would else sink in until it has one (in the pile of 64 cubes of 1 m, by V/A: 53 mm at rest instead of 13, at the same cost). Twice as
-// much leaves 9 mm, and heaps that creep on their corners for longer than 25 s.
+// would else sink in until it has one (in the pile of 64 cubes of 1 m, by V/A: 53 mm at rest instead of 13, at the same
+// cost). Twice as much leaves 9 mm, and heaps that creep on their corners for longer than 25 s.
 constexpr double kLeastPatch = 0.05;
 
 bool share_a_node(const Tet& a, const Tet& b) {
@@ -232,8 +232,8 @@ void Detector::share_out(const Share& share, std::span<ContactRow> rows) const {
 }
 
 // Contact of two tets at part s of the step's way. Depth goes by the surfaces of two soft bodies. It is V/A on the way of what is fast,
-// where surfaces are anywhere in each other; and of rigid bodies, shards and pieces of one body, of which some heaps were then solved in
-// two or three times as long.
+// where surfaces are anywhere in each other; and of rigid bodies, shards and pieces of one body: with these, too, the lab's panel took two
+// or three times as long at some tolerances.
 void Detector::meet_tets(double s, const TetOfUnit& a, const TetOfUnit& b, const Share& share, FoundRows& found) const {
   if (!(a.shape.volume > 0 && b.shape.volume > 0)) return;
   const TetOverlap common = overlap(a.shape, b.shape);

@@ -10,7 +10,7 @@ namespace {
 constexpr std::array<std::array<int, 3>, 4> kFace{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
 // Of the overlap's widest face: a share of the surface below this is its rim, above twice this it counts in full. Between the two a
-// row grows: rows that come and go in full, with a depth and a direction of their own, kept corners of a pile trembling for ever.
+// row grows: one that comes and goes in full, with a depth and a direction of its own, shakes the corner it stands at.
 constexpr double kRim = 0.3;
 
 // A planar convex polygon; a triangle clipped by four planes has at most seven corners.

@@ -66,7 +66,6 @@ TEST(ElementQuad, LeavesWhatIsNearlySingularToTheOthers) {
     EXPECT_FALSE(update_element_quad(rest, body.mesh.tets, t, body.state.x, body.state.plastic_strain, elements, energy));
 }
 
-// Several materials in the lanes: constants, rotation rule and the moment's balance are each tet's own.
 // In every lane, and in the tail that fills none.
 TEST(ElementQuad, InvertedTetsAreCountedWhereverTheyStand) {
   Shaken body(0.3);
@@ -84,6 +83,7 @@ TEST(ElementQuad, InvertedTetsAreCountedWhereverTheyStand) {
   for (const int lane : of_lane) EXPECT_GT(lane, 0);
 }
 
+// Several materials in the lanes: constants, rotation rule and the moment's balance are each tet's own.
 TEST(ElementQuad, LanesHaveTheirOwnMaterials) {
   Shaken body(0.02);
   FemMaterial soft, metal{.young = 3e8, .poisson = 0.1}, paper{.young = 2e7, .rotation = RotationRule::polar_qr};
