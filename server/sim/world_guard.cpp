@@ -53,7 +53,7 @@ void World::Impl::look_at_accounts() {
     for (int b : account.soft) {
       if (soft[b].frozen) continue;
       guard::Measurement own = island;
-      own.inverted = fem::inverted_count(soft[b].tets, soft[b].state.x, pool);
+      own.inverted = is_live(soft[b]) ? soft[b].inverted(pool) : fem::inverted_count(soft[b].tets, soft[b].state.x, pool);
       const auto found = guard::watch(own, guards[b]);
       if (!found) continue;
       soft[b].use_rotation(found->rung >= guard::Rung::safe_rotation);

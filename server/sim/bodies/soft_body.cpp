@@ -1,6 +1,7 @@
 #include "server/sim/bodies/soft_body.h"
 
 #include "server/sim/fem/float_matrix.h"
+#include "server/sim/finite.h"
 #include "server/sim/motion.h"
 
 #include <algorithm>
@@ -188,7 +189,7 @@ const Eigen::VectorXd& SoftBody::external_force(const Vec3& gravity) {
 
 bool SoftBody::advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt) {
   if (frozen) return true;
-  bool finite = v_plus.allFinite();
+  bool finite = all_finite(v_plus);
   for (int n = 0; finite && n < node_count() && command_force_.size() > 0; ++n) {
     if (fixed[n]) continue;
     command_work_ += dt * command_force_.segment<3>(3 * n).dot(0.5 * (state.v[n] + v_plus.segment<3>(3 * n)));
@@ -201,7 +202,8 @@ bool SoftBody::advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt) {
   } else {
     fem::advance(v_plus, dt, state);
   }
-  for (int n = 0; finite && n < node_count(); ++n) finite = state.x[n].cwiseAbs().maxCoeff() < kMaxPosition;
+  const Eigen::Map<const Eigen::VectorXd> x(state.x.front().data(), v_plus.size());
+  finite = finite && x.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < kMaxPosition;
   if (finite) return true;
   state.x = x_before_;
   freeze();
@@ -262,6 +264,11 @@ void SoftBody::follow_script(double dt) {
     state.v[p.node] = p.velocity;
     state.x[p.node] += dt * p.velocity;
   }
+}
+
+int SoftBody::inverted(const ThreadPool& pool) const {
+  const bool counted = elements_at_state_ && !rest.grouped() && system.elements.is_of(rest);
+  return counted ? fem::inverted_count(system.elements) : fem::inverted_count(tets, state.x, pool);
 }
 
 SoftBody::Energy SoftBody::energy(const Vec3& gravity) const {

@@ -112,6 +112,7 @@ class SoftBody {
     double gravitational = 0;
   };
   Energy energy(const Vec3& gravity) const;
+  int inverted(const ThreadPool& pool) const;  // tets of negative volume; of a body that was assembled in this step
   double command_work() const { return command_work_; }
   double prescribed_work() const { return prescribed_work_; }
   // Of scripts on their nodes in the step that was just done, by the forces at its end and their own mass [J].

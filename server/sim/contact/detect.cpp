@@ -284,8 +284,23 @@ std::vector<ContactRow> detect(const DetectionInput& input, const ThreadPool& po
   return rows;
 }
 
+namespace {
+
+bool may_meet_anything(const DetectionInput& input) {
+  std::size_t units = 0;
+  for (const CollisionBody& body : input.bodies) {
+    if (body.self) return true;
+    units += body.mesh->components.size();
+  }
+  return units > 1 || (units == 1 && !input.planes.empty());
+}
+
+}  // namespace
+
 void detect(const DetectionInput& input, const ThreadPool& pool, DetectionMemory& memory, std::vector<ContactRow>& rows) {
   auto& [placed, all_units, boxes, pairs, near, passing, found] = *memory.vectors_;
+  rows.clear();
+  if (!may_meet_anything(input)) return;
   Detector detector{input, placed, all_units};
   const int bodies = static_cast<int>(input.bodies.size());
   if (static_cast<int>(placed.size()) < bodies) placed.resize(bodies);
@@ -322,7 +337,6 @@ void detect(const DetectionInput& input, const ThreadPool& pool, DetectionMemory
   pool.for_chunks(static_cast<int>(units.size()), 16, std::cref(fill_boxes));
 
   // Narrow phase.
-  rows.clear();
   append_rows(static_cast<int>(pairs.size()), pool, found, rows, [&](int k, std::vector<ContactRow>& own) {
     detector.meet_pair(units[pairs[k].first], units[pairs[k].second], own);
   });

@@ -71,6 +71,9 @@ void find_pieces(int node_count, StepSystem& s) {
     const int root = find_root(parent, i);
     s.piece[i] = root == i ? s.piece_count++ : s.piece[root];
   }
+  std::vector<int> size(s.piece_count, 0);
+  for (const int piece : s.piece) ++size[piece];
+  s.largest_piece = size.empty() ? 0 : std::ranges::max(size);
 }
 
 void rebuild(const RestBody& rest, const std::vector<Tet>& tets, int node_count, StepSystem& s) {

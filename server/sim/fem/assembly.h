@@ -65,6 +65,7 @@ class StepSystem {
   std::variant<linear_solver::BlockSparseMatrix<double>, linear_solver::BlockSparseMatrix<float>> A;
   std::vector<int> piece;        // one a node: which connected part of the pattern it is in; by their lowest node
   int piece_count = 0;
+  int largest_piece = 0;         // [nodes]
   std::vector<std::array<int, 2>> edge_blocks;  // of each edge (i, j): index of block (i, j) and of block (j, i)
   // Of a body of several materials or with pressure patches: which weights are each corner's. Weights are constants times
   // (dt beta + theta dt^2), one a material, then one a material of what its patches have.

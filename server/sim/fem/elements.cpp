@@ -19,6 +19,8 @@ namespace {
 
 constexpr int kTetsPerChunk = Elements::kTetsPerChunk;
 
+bool is_inverted(const Mat34& x) { return edge_matrix(x).determinant() < 0; }
+
 // Returns the tet's elastic energy [J].
 double update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& plastic_strain, Elements& e) {
   const auto [Q, sigma, stress] = tet_law(rest, t, x, plastic_strain);
@@ -99,6 +101,7 @@ void Elements::resize(int tet_count) {
   force.resize(tet_count);
   core.resize(tet_count);
   chunk_energy.resize((tet_count + kTetsPerChunk - 1) / kTetsPerChunk);
+  chunk_inverted.resize(chunk_energy.size());
 }
 
 Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q) {
@@ -114,11 +117,17 @@ void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const s
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
     double energy = 0;
+    int inverted = 0;
     for (int t = begin; t < end; t += 4) {
-      if (t + 4 <= end && update_element_quad(rest, tets, t, x, plastic_strain, elements, energy)) continue;
-      for (int k = t; k < std::min(t + 4, end); ++k) energy += update_element(rest, k, gather(x, tets[k]), plastic_strain[k], elements);
+      if (t + 4 <= end && update_element_quad(rest, tets, t, x, plastic_strain, elements, energy)) continue;  // none of these is inverted
+      for (int k = t; k < std::min(t + 4, end); ++k) {
+        const Mat34 x_k = gather(x, tets[k]);
+        energy += update_element(rest, k, x_k, plastic_strain[k], elements);
+        inverted += is_inverted(x_k);
+      }
     }
     elements.chunk_energy[begin / kTetsPerChunk] = energy;
+    elements.chunk_inverted[begin / kTetsPerChunk] = inverted;
   };
   pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(body));
 }
@@ -132,8 +141,10 @@ void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std:
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
     double sum = 0;
+    int inverted = 0;
     for (int t = begin; t < end; ++t) {
       const Mat34 x_t = gather(x, tets[t]);
+      inverted += is_inverted(x_t);
       const FemMaterial& m = rest.material_of(t);
       const double c = creep[rest.heterogeneous() ? rest.material_id[t] : 0];
       double energy = update_element(rest, t, x_t, plastic_strain[t], elements);
@@ -142,6 +153,7 @@ void plastic_flow(const RestBody& rest, const std::vector<Tet>& tets, const std:
       sum += energy;
     }
     elements.chunk_energy[begin / kTetsPerChunk] = sum;
+    elements.chunk_inverted[begin / kTetsPerChunk] = inverted;
   };
   pool.for_chunks(rest.tet_count(), kTetsPerChunk, std::cref(body));
 }
@@ -184,12 +196,16 @@ double elastic_energy(const RestBody& rest, const Elements& elements) {
   return std::accumulate(elements.chunk_energy.begin(), elements.chunk_energy.end(), 0.0);
 }
 
+int inverted_count(const Elements& elements) {
+  return std::accumulate(elements.chunk_inverted.begin(), elements.chunk_inverted.end(), 0);
+}
+
 int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x, const ThreadPool& pool) {
   const auto inverted = [&](int begin, int end) {
     int count = 0, t = begin;
     for (; t + 4 <= end; t += 4) count += inverted_of_four(tets, t, x);
     return count + static_cast<int>(std::count_if(tets.begin() + t, tets.begin() + end,
-                                                  [&](const Tet& tet) { return edge_matrix(gather(x, tet)).determinant() < 0; }));
+                                                  [&](const Tet& tet) { return is_inverted(gather(x, tet)); }));
   };
   return pool.count_chunks(static_cast<int>(tets.size()), kTetsPerChunk, std::cref(inverted));
 }

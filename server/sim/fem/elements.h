@@ -21,6 +21,7 @@ struct Elements {
   std::vector<Mat34> force;  // elastic force on each of the tet's nodes, in W [N]
   std::vector<Mat34> core;   // Q c_i: RestBody::core in world axes
   std::vector<double> chunk_energy;  // elastic energy of kTetsPerChunk tets each, as of the last pass [J]
+  std::vector<int> chunk_inverted;   // how many of those have a negative volume, likewise
   MacroStates macros;
 
   static constexpr int kTetsPerChunk = 256;
@@ -74,6 +75,9 @@ double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const 
 
 // The same at the positions of the last pass over `elements`, which has computed it.
 double elastic_energy(const RestBody& rest, const Elements& elements);
+
+// Tets of negative volume at the positions of the last pass over `elements`, which has counted them; not of a body of groups.
+int inverted_count(const Elements& elements);
 
 // Tets of negative volume at x.
 int inverted_count(const std::vector<Tet>& tets, const std::vector<Vec3>& x, const ThreadPool& pool);

@@ -33,10 +33,9 @@ SolveReport solve(const SolveOptions& options, const ThreadPool& pool, StepScrat
 
 void advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt, FemState& state) {
   assert(v_plus.size() == 3 * static_cast<Eigen::Index>(state.x.size()));
-  for (std::size_t i = 0; i < state.x.size(); ++i) {
-    state.v[i] = v_plus.segment<3>(3 * i);
-    state.x[i] += dt * state.v[i];
-  }
+  if (state.x.empty()) return;
+  Eigen::Map<Eigen::VectorXd>(state.v.front().data(), v_plus.size()) = v_plus;
+  Eigen::Map<Eigen::VectorXd>(state.x.front().data(), v_plus.size()) += dt * v_plus;
 }
 
 SolveReport implicit_euler_step(const RestBody& rest, const std::vector<Tet>& tets, FemState& state,

@@ -1,6 +1,7 @@
 #include "server/sim/islands/composite_island.h"
 
 #include "server/sim/contact/weight_friction.h"
+#include "server/sim/finite.h"
 #include "server/sim/islands/island_preconditioner.h"
 #include "server/sim/islands/island_system.h"
 #include "server/sim/islands/projected_start.h"
@@ -209,7 +210,7 @@ void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBod
     for (int k = 0; k < rows.size(); ++k) m.u[k] = rows.relative_velocity(k, x);
     differs = contact::refresh_rows(island.rows, m.u, options.may_pull);
   }
-  solution.finite = m.b.allFinite() && x.allFinite();
+  solution.finite = all_finite(m.b) && all_finite(x);
   if (!solution.finite) {  // nothing of it may reach a rigid body or the next step
     x = m.start;
     for (ContactRow& row : island.rows) row.active = false;

@@ -171,8 +171,7 @@ SolverKind IslandSystem::choose_without_factors() const {
   for (const int body : island_->soft) {
     const fem::StepSystem& s = *bodies_[body].system;
     pieces += s.piece_count;
-    piece_size_.assign(s.piece_count, 0);
-    for (int i = 0; i < s.node_count(); ++i) largest = std::max(largest, ++piece_size_[s.piece[i]]);
+    largest = std::max(largest, s.largest_piece);
   }
   const double stiff = stiffness();
   if (all_have(&IslandBody::hierarchy) && largest >= kMultigridPiece && blocks_ >= kMultigridBlocks * pieces && stiff >= kMultigridStiffness)

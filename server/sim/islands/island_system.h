@@ -65,7 +65,6 @@ class IslandSystem {
   const CompositeIsland* island_ = nullptr;
   std::span<const IslandBody> bodies_;
   std::vector<int> first_block_;
-  mutable std::vector<int> piece_size_;  // scratch of choose
   int blocks_ = 0, soft_blocks_ = 0;  // those of soft bodies come first
 };
 

@@ -29,19 +29,19 @@ BlockSparseMatrix<Scalar> BlockSparseMatrix<Scalar>::from_edges(int node_count, 
 template <class Scalar>
 BlockSparseMatrix<Scalar> BlockSparseMatrix<Scalar>::from_pattern(std::vector<int> row_start, std::vector<int> columns) {
   BlockSparseMatrix matrix;
-  matrix.row_start_ = std::move(row_start);
-  matrix.columns_ = std::move(columns);
-  matrix.values_.assign(9 * matrix.columns_.size() + 1, Scalar(0));
-  matrix.diagonal_.assign(matrix.row_start_.size() - 1, Mat3::Zero());
+  matrix.values_.assign(9 * columns.size() + 1, Scalar(0));
+  matrix.diagonal_.assign(row_start.size() - 1, Mat3::Zero());
+  matrix.pattern_ = std::make_shared<const BlockPattern>(std::move(row_start), std::move(columns));
   return matrix;
 }
 
 template <class Scalar>
 int BlockSparseMatrix<Scalar>::find(int row, int col) const {
   assert(row >= 0 && row < rows());
-  const auto begin = columns_.begin() + row_start_[row], end = columns_.begin() + row_start_[row + 1];
+  const auto& [row_start, columns] = *pattern_;
+  const auto begin = columns.begin() + row_start[row], end = columns.begin() + row_start[row + 1];
   const auto it = std::lower_bound(begin, end, col);
-  return it != end && *it == col ? static_cast<int>(it - columns_.begin()) : -1;
+  return it != end && *it == col ? static_cast<int>(it - columns.begin()) : -1;
 }
 
 template <class Scalar>
@@ -59,15 +59,16 @@ void BlockSparseMatrix<Scalar>::set_zero() {
 
 template <class Scalar>
 void BlockSparseMatrix<Scalar>::multiply_rows(int begin, int end, const double* x, double* y) const {
+  const auto& [row_start, columns] = *pattern_;
   for (int row = begin; row < end; ++row) {
     // One sum a column of the blocks: three short dependency chains instead of one long one.
     // The fourth lane carries the next column's first entry along and is never read.
     const double* D = diagonal_[row].data();
     const double* x_row = x + 3 * row;
     Quad sum0 = load_four(D) * x_row[0], sum1 = load_four(D + 3) * x_row[1], sum2 = load_three(D + 6) * x_row[2];
-    for (int k = row_start_[row]; k < row_start_[row + 1]; ++k) {
+    for (int k = row_start[row]; k < row_start[row + 1]; ++k) {
       const Scalar* B = values_.data() + 9 * k;
-      const double* x_k = x + 3 * columns_[k];
+      const double* x_k = x + 3 * columns[k];
       sum0 = multiply_add(load_four(B), quad(x_k[0]), sum0);
       sum1 = multiply_add(load_four(B + 3), quad(x_k[1]), sum1);
       sum2 = multiply_add(load_four(B + 6), quad(x_k[2]), sum2);
@@ -86,15 +87,16 @@ void BlockSparseMatrix<Scalar>::multiply(Eigen::Ref<const Eigen::VectorXd> x, Ei
 
 template <class Scalar>
 Eigen::SparseMatrix<double> BlockSparseMatrix<Scalar>::to_sparse() const {
+  const auto& [row_start, columns] = *pattern_;
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(9 * (columns_.size() + diagonal_.size()));
+  entries.reserve(9 * (columns.size() + diagonal_.size()));
   const auto add = [&](int row, int col, const Mat3& B) {
     for (int j = 0; j < 3; ++j)
       for (int i = 0; i < 3; ++i) entries.emplace_back(3 * row + i, 3 * col + j, B(i, j));
   };
   for (int row = 0; row < rows(); ++row) {
     add(row, row, diagonal_[row]);
-    for (int k = row_start_[row]; k < row_start_[row + 1]; ++k) add(row, columns_[k], block(k).template cast<double>());
+    for (int k = row_start[row]; k < row_start[row + 1]; ++k) add(row, columns[k], block(k).template cast<double>());
   }
   Eigen::SparseMatrix<double> matrix(3 * rows(), 3 * rows());
   matrix.setFromTriplets(entries.begin(), entries.end());

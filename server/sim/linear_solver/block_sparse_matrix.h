@@ -8,10 +8,18 @@
 #include <Eigen/SparseCore>
 
 #include <array>
+#include <memory>
 #include <span>
 #include <vector>
 
 namespace crumple::sim::linear_solver {
+
+// Where a matrix has off-diagonal blocks.
+struct BlockPattern {
+  std::vector<int> row_start{0};  // one more than there are rows: blocks of a row
+  std::vector<int> columns;       // one a block, ascending in a row
+  bool operator==(const BlockPattern&) const = default;
+};
 
 // A square matrix of 3x3 blocks, one block row ("noderow") a node, row-compressed; the full matrix is stored although
 // it is symmetric, since the product is what it is for (Parker & O'Brien 2009, section 4).
@@ -24,7 +32,7 @@ class BlockSparseMatrix {
  public:
   using Block = Eigen::Map<const Eigen::Matrix<Scalar, 3, 3>>;
 
-  BlockSparseMatrix() = default;
+  BlockSparseMatrix() : pattern_(std::make_shared<const BlockPattern>()) {}
 
   // The pattern of a mesh: a block for every edge both ways, all zero. Nodes without an edge keep their diagonal block.
   // edges: pairs of nodes in [0, node_count), first < second, ascending, none twice.
@@ -33,9 +41,11 @@ class BlockSparseMatrix {
   static BlockSparseMatrix from_pattern(std::vector<int> row_start, std::vector<int> columns);
 
   int rows() const { return static_cast<int>(diagonal_.size()); }        // block rows
-  int block_count() const { return static_cast<int>(columns_.size()); }  // off-diagonal blocks
-  std::span<const int> row_start() const { return row_start_; }          // rows() + 1: blocks of a row
-  std::span<const int> columns() const { return columns_; }              // one a block, ascending in a row
+  int block_count() const { return static_cast<int>(columns().size()); }  // off-diagonal blocks
+  std::span<const int> row_start() const { return pattern_->row_start; }
+  std::span<const int> columns() const { return pattern_->columns; }
+  // Matrices that have the same one have the same pattern; whoever keeps it can tell whether a matrix still has it.
+  const std::shared_ptr<const BlockPattern>& pattern() const { return pattern_; }
   const std::vector<Mat3>& diagonal() const { return diagonal_; }        // one a row
   std::vector<Mat3>& diagonal() { return diagonal_; }
 
@@ -64,8 +74,7 @@ class BlockSparseMatrix {
   Eigen::SparseMatrix<double> to_sparse() const;
 
  private:
-  std::vector<int> row_start_{0};
-  std::vector<int> columns_;
+  std::shared_ptr<const BlockPattern> pattern_;
   std::vector<Scalar> values_;  // 9 a block, column-major, and one more: products load four at a time
   std::vector<Mat3> diagonal_;
 };

@@ -9,7 +9,7 @@
 namespace crumple::sim::linear_solver {
 namespace {
 
-constexpr int kRowsPerChunk = 64;  // coarse rows: each gathers a few dozen fine ones
+constexpr int kRowsPerChunk = 16;  // coarse rows: each gathers a few dozen fine ones
 
 // Weighted sum of 3x3 blocks, nine numbers each by columns.
 struct BlockSum {

@@ -14,14 +14,15 @@ constexpr double kTooSlow = 0.75;  // a level with more than this share of the f
 
 }  // namespace
 
-void MultigridHierarchy::follow(const LevelGraph& graph, std::span<const Vec3> X, std::span<const char> held,
+void MultigridHierarchy::follow(const std::shared_ptr<const BlockPattern>& pattern, std::span<const Vec3> X, std::span<const char> held,
                                 double mean_tet_volume) {
   const std::vector<Level> before = std::exchange(levels_, {});
-  LevelGraph fine_of_before{row_start_, columns_};
+  LevelGraph fine_of_before;
+  if (pattern_) fine_of_before = {pattern_->row_start, pattern_->columns};
   std::vector<int> fine_before;  // which one each point was
   if (!before.empty()) fine_before = match_points(X_, X);
   CoarseLattice lattice = coarse_lattice(X, mean_tet_volume);
-  LevelGraph fine = graph;
+  LevelGraph fine{pattern->row_start, pattern->columns};
   std::vector<Vec3> fine_X(X.begin(), X.end()), coarse_X;
   std::vector<char> fine_held(held.begin(), held.end());
   while (static_cast<int>(fine_X.size()) > kCoarsest) {
@@ -46,16 +47,15 @@ void MultigridHierarchy::follow(const LevelGraph& graph, std::span<const Vec3> X
   }
   held_.assign(held.begin(), held.end());
   X_.assign(X.begin(), X.end());
-  row_start_.assign(graph.row_start.begin(), graph.row_start.end());
-  columns_.assign(graph.columns.begin(), graph.columns.end());
+  pattern_ = pattern;
 }
 
 template <class Scalar>
 void MultigridHierarchy::update(const BlockSparseMatrix<Scalar>& A, std::span<const Vec3> X, std::span<const char> held,
                                 double mean_tet_volume, const ThreadPool& pool) {
   assert(static_cast<int>(X.size()) == A.rows() && held.size() == X.size());
-  if (!std::ranges::equal(A.row_start(), row_start_) || !std::ranges::equal(A.columns(), columns_) || !std::ranges::equal(held, held_))
-    follow({A.row_start(), A.columns()}, X, held, mean_tet_volume);
+  const bool same = pattern_ && (A.pattern() == pattern_ || *A.pattern() == *pattern_);
+  if (!same || !std::ranges::equal(held, held_)) follow(A.pattern(), X, held, mean_tet_volume);
   if constexpr (std::is_same_v<Scalar, float>) {
     values_ = A.values();
   } else {

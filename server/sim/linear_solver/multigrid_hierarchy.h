@@ -2,6 +2,7 @@
 
 #include "server/sim/linear_solver/galerkin_product.h"
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -29,7 +30,7 @@ class MultigridHierarchy {
   const float* finest() const { return values_; }  // values() of A in single precision, as of the last update; of A itself if it has that
 
  private:
-  void follow(const LevelGraph& graph, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume);
+  void follow(const std::shared_ptr<const BlockPattern>& pattern, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume);
 
   std::vector<Level> levels_;
   std::vector<float> finest_;
@@ -37,7 +38,7 @@ class MultigridHierarchy {
   // What they were made of.
   std::vector<char> held_;
   std::vector<Vec3> X_;
-  std::vector<int> row_start_, columns_;
+  std::shared_ptr<const BlockPattern> pattern_;
 };
 
 extern template void MultigridHierarchy::update(const BlockSparseMatrix<float>&, std::span<const Vec3>, std::span<const char>,

@@ -72,6 +72,7 @@ TEST(ElementQuad, InvertedTetsAreCountedWhereverTheyStand) {
   std::vector<int> of_lane(5, 0);  // the tail last
   for (const std::size_t tets : {96u, 95u, 94u, 93u, 3u, 1u}) {
     body.mesh.tets.resize(tets);
+    body.mesh.fill.resize(tets);
     int count = 0;
     for (std::size_t t = 0; t < tets; ++t) {
       const bool inverted = edge_matrix(gather(body.state.x, body.mesh.tets[t])).determinant() < 0;
@@ -79,6 +80,10 @@ TEST(ElementQuad, InvertedTetsAreCountedWhereverTheyStand) {
       of_lane[t < tets / 4 * 4 ? t % 4 : 4] += inverted;
     }
     EXPECT_EQ(inverted_count(body.mesh.tets, body.state.x, ThreadPool(1)), count);
+    Elements elements;
+    const std::vector<Mat3> unstrained(tets, Mat3::Zero());
+    update_elements(test::rest_body(body.mesh, FemMaterial{}, 1e9), body.mesh.tets, body.state.x, unstrained, ThreadPool(1), elements);
+    EXPECT_EQ(inverted_count(elements), count);
   }
   for (const int lane : of_lane) EXPECT_GT(lane, 0);
 }
