@@ -1,7 +1,6 @@
 #include "server/sim/world.h"
 
 #include "server/sim/fem/elements.h"
-#include "server/sim/fracture/fragments.h"
 #include "server/sim/world_impl.h"
 
 #include <algorithm>
@@ -121,7 +120,7 @@ FemView World::fem(BodyId body) const {
   FemView view{soft.tets, soft.state.x, soft.state.v, {}, soft.rest.material_id, soft.von_mises()};
   for (int t = 0; t < static_cast<int>(soft.tets.size()); ++t) view.plastic_strain.push_back(fem::element_plastic_strain(soft.rest, soft.state.plastic_strain, t));
   view.inverted = inverted(body);
-  view.fragments = fracture::find_fragments(soft.tets).count() + static_cast<int>(soft.fragments.size());
+  view.fragments = soft.all_pieces();
   view.rigid_fragments = static_cast<int>(soft.fragments.size());
   for (const RigidFragment& fragment : soft.fragments) {
     const RigidFragment::Piece& piece = fragment.piece();

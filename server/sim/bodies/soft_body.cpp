@@ -91,8 +91,10 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
   return soft;
 }
 
-void SoftBody::follow_tets() {
-  collision = contact::make_collision_mesh(tets, X, tet_mass_);
+void SoftBody::follow_tets() { follow_mesh(contact::make_collision_mesh(tets, X, tet_mass_)); }
+
+void SoftBody::follow_mesh(contact::CollisionMesh mesh) {
+  collision = std::move(mesh);
   if (self_contact) self_contact = contact::make_self_contact(collision, X);
   impulse = Eigen::VectorXd::Zero(3 * node_count());
   v_before.clear();

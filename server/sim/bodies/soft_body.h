@@ -74,8 +74,8 @@ class SoftBody {
   bool is_empty() const { return tets.empty(); }
   int scene_node_count() const { return static_cast<int>(scene_nodes_.size()); }  // of the scene's mesh, which commands name
   bool is_whole() const { return X.size() == scene_nodes_.size() && fragments.empty(); }  // has never split
-  int pieces() const { return last_fragments_; }  // face-connected components, without rigid fragments
-  int all_pieces() const { return last_fragments_ + static_cast<int>(fragments.size()); }
+  int pieces() const { return static_cast<int>(collision.components.size()); }  // face-connected, without rigid fragments
+  int all_pieces() const { return pieces() + static_cast<int>(fragments.size()); }
 
   // Assembles the body as it is made, so that what a matrix needs once is there before the first step.
   void prepare(const Vec3& gravity, double dt, const ThreadPool& pool);
@@ -165,7 +165,8 @@ class SoftBody {
     std::vector<Vec3> at_start;
   };
   void follow_tets();                  // what the solve and contact need of the tets
-  SoftShape shape() const { return {tets, state.x, fragments, scene_tets_}; }
+  void follow_mesh(contact::CollisionMesh mesh);
+  SoftShape shape() const { return {tets, state.x, collision, fragments, scene_tets_}; }
   bool is_near_rest(int t) const;
   std::vector<char> leaving(const fracture::Fragments& pieces);
   void keep_part(std::span<const int> kept_tets, std::span<const int> kept_nodes, const HandOver& moved);
@@ -215,7 +216,6 @@ class SoftBody {
   SoftSkin skin_;
   int rigid_fragment_tets_ = 0;                 // largest piece that leaves
   bool small_pieces_ = false;                   // some piece may leave, now or when it has calmed down
-  int last_fragments_ = 1;
   bool whole_ahead_ = false;                    // fracture_ahead found nothing at the end of this step
   NodeStars stars_;
   fracture::FractureScratch fracture_scratch_;

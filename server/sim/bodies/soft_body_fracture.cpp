@@ -55,7 +55,6 @@ SoftBody::Parted SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
   std::vector<int> element_before = follow_topology();
   if (rest.grouped()) state.plastic_strain = fem::inherited(state.plastic_strain, element_before);
   follow_tets();
-  last_fragments_ = report.fragments;
   small_pieces_ = rigid_fragment_tets_ > 0;
 
   outcome = {.splits = static_cast<int>(report.splits.size()), .fragments = all_pieces()};

@@ -15,6 +15,17 @@ namespace {
 constexpr double kLargestStrain = 0.1;   // |elastic stress| / 2 mu [-]
 constexpr double kSmallestVolume = 0.2;  // of the rest volume
 
+// As find_fragments, without looking for them again.
+fracture::Fragments pieces_of(const contact::CollisionMesh& mesh) {
+  fracture::Fragments pieces;
+  pieces.of_tet.resize(mesh.tets.size());
+  for (const contact::CollisionComponent& component : mesh.components) {
+    for (int k = component.begin; k < component.end; ++k) pieces.of_tet[mesh.tets[k].id] = pieces.count();
+    pieces.size.push_back(component.end - component.begin);
+  }
+  return pieces;
+}
+
 }  // namespace
 
 bool SoftBody::is_near_rest(int t) const {
@@ -50,7 +61,7 @@ std::vector<char> SoftBody::leaving(const fracture::Fragments& pieces) {
 SoftBody::HandOver SoftBody::hand_over(const ThreadPool& pool) {
   HandOver moved;
   if (!small_pieces_ || frozen) return moved;
-  const fracture::Fragments pieces = fracture::find_fragments(tets);
+  const fracture::Fragments pieces = pieces_of(collision);
   if (!system.elements.is_of(rest)) fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
   const std::vector<char> leaves = leaving(pieces);
   moved.count = static_cast<int>(std::ranges::count(leaves, 1));
@@ -134,9 +145,10 @@ void SoftBody::keep_part(std::span<const int> kept_tets, std::span<const int> ke
     follow_topology();
   }
   stars_ = NodeStars(tets, node_count());
-  last_fragments_ -= moved.count;
   command_force_.resize(0);
-  follow_tets();
+  std::vector<int> new_node;
+  for (const NodeRef& to : moved.node) new_node.push_back(to.node);
+  follow_mesh(contact::kept_components(collision, moved.tet, new_node));
 }
 
 double SoftBody::mass() const {

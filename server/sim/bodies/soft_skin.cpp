@@ -60,13 +60,12 @@ void SoftSkin::draw_splinters() {
 void SoftSkin::draw_tets(const SoftShape& shape) {
   nodes_.clear();
   triangles_.clear();
-  const auto draw = [&](int fragment, std::span<const Tet> tets, std::size_t node_count) {
+  const auto draw = [&](int fragment, const contact::CollisionMesh& mesh, std::size_t node_count) {
     std::vector<int> drawn(node_count, -1);
     const std::size_t first = triangles_.size();
-    for (const SurfaceFace& face : surface_faces({tets.begin(), tets.end()})) {
-      for (int n : face.nodes) drawn[n] = 0;
-      triangles_.push_back(face.nodes);
-    }
+    contact::append_surface(mesh, triangles_);
+    for (const Triangle& triangle : std::span(triangles_).subspan(first))
+      for (int n : triangle) drawn[n] = 0;
     for (std::size_t n = 0; n < node_count; ++n) {
       if (drawn[n] < 0) continue;
       drawn[n] = static_cast<int>(nodes_.size());
@@ -76,9 +75,9 @@ void SoftSkin::draw_tets(const SoftShape& shape) {
       for (int& n : triangle) n = drawn[n];
     }
   };
-  draw(-1, shape.tets, shape.x.size());
+  draw(-1, shape.mesh, shape.x.size());
   for (std::size_t f = 0; f < shape.fragments.size(); ++f)
-    draw(static_cast<int>(f), shape.fragments[f].piece().tets, shape.fragments[f].x().size());
+    draw(static_cast<int>(f), shape.fragments[f].mesh(), shape.fragments[f].x().size());
 }
 
 void SoftSkin::follow(std::span<const NodeRef> moved) {

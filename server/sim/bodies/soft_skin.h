@@ -15,6 +15,7 @@ namespace crumple::sim {
 struct SoftShape {
   std::span<const Tet> tets;
   std::span<const Vec3> x;  // [m]
+  const contact::CollisionMesh& mesh;
   std::span<const RigidFragment> fragments;
   std::span<const TetRef> scene_tets;  // where each tet of the scene's mesh is
 

@@ -42,16 +42,16 @@ CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vecto
   }
 
   std::vector<int> component(n), order(n);
+  std::vector<int> next;  // of each component, where its next boundary tet and its next other one go
   int components = 0;
   for (int t = 0; t < n; ++t) {
     const int r = find_root(parent, t);  // the component's lowest tet
     component[t] = r == t ? components++ : component[r];
+    if (r == t) next.insert(next.end(), 2, 0);
+    ++next[2 * component[t] + (exterior[t] == 0)];
   }
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    if (component[a] != component[b]) return component[a] < component[b];
-    return (exterior[a] != 0) > (exterior[b] != 0);
-  });
+  std::exclusive_scan(next.begin(), next.end(), next.begin(), 0);
+  for (int t = 0; t < n; ++t) order[next[2 * component[t] + (exterior[t] == 0)]++] = t;
 
   CollisionMesh mesh;
   mesh.tets.reserve(n);
@@ -82,6 +82,37 @@ CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vecto
   }
   for (CollisionComponent& part : mesh.components) part.thickness = part.thickness > 0 ? 2 * part.volume / part.thickness : 0;
   return mesh;
+}
+
+CollisionMesh kept_components(const CollisionMesh& mesh, std::span<const int> new_tet, std::span<const int> new_node) {
+  CollisionMesh kept;
+  for (CollisionComponent part : mesh.components) {
+    if (new_tet[mesh.tets[part.begin].id] < 0) continue;
+    const int shift = static_cast<int>(kept.tets.size()) - part.begin;
+    const std::span<const int> nodes = mesh.nodes_of(part);
+    for (int k = part.begin; k < part.end; ++k) {
+      CollisionTet tet = mesh.tets[k];
+      tet.id = new_tet[tet.id];
+      for (int& node : tet.nodes) node = new_node[node];
+      kept.tets.push_back(tet);
+    }
+    part.begin += shift, part.boundary_end += shift, part.end += shift;
+    part.first_node = static_cast<int>(kept.nodes.size());
+    for (const int node : nodes) kept.nodes.push_back(new_node[node]);
+    part.end_node = static_cast<int>(kept.nodes.size());
+    kept.components.push_back(part);
+  }
+  return kept;
+}
+
+void append_surface(const CollisionMesh& mesh, std::vector<Triangle>& triangles) {
+  std::vector<int> at(mesh.tets.size());  // of each tet its place
+  for (std::size_t k = 0; k < mesh.tets.size(); ++k) at[mesh.tets[k].id] = static_cast<int>(k);
+  for (const int place : at) {
+    const CollisionTet& tet = mesh.tets[place];
+    for (int k = 0; k < 4; ++k)
+      if (tet.exterior >> k & 1) triangles.push_back({tet.nodes[kTetFaces[k][0]], tet.nodes[kTetFaces[k][1]], tet.nodes[kTetFaces[k][2]]});
+  }
 }
 
 }  // namespace crumple::sim::contact

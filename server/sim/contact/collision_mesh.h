@@ -12,6 +12,7 @@ struct CollisionTet {
   int id;                  // of the tet in its mesh
   Tet nodes;
   std::uint8_t exterior;   // bit k: the face opposite node k belongs to the surface
+  bool operator==(const CollisionTet&) const = default;
 };
 
 // A face-connected part: an unbroken body has one, a shattered one hundreds.
@@ -21,6 +22,7 @@ struct CollisionComponent {
   double mass;                   // [kg]
   double thickness;              // at rest, 2 V / A of its surface's area A: a plate's own, a third of a cube's edge [m]
   int first_node, end_node;      // its nodes in CollisionMesh::nodes
+  bool operator==(const CollisionComponent&) const = default;
 };
 
 // What contact needs of a tet mesh besides positions: made when a body loads and again when it breaks.
@@ -29,6 +31,7 @@ struct CollisionMesh {
   std::vector<CollisionComponent> components;  // by their lowest tet
   std::vector<int> nodes;                      // by component, none twice in one
 
+  bool operator==(const CollisionMesh&) const = default;
   std::span<const int> nodes_of(const CollisionComponent& component) const {
     return std::span(nodes).subspan(component.first_node, component.end_node - component.first_node);
   }
@@ -37,5 +40,12 @@ struct CollisionMesh {
 // tet_mass: mass of each tet [kg]; empty for rigid proxies, whose mass is their body's.
 CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vector<Vec3>& X,
                                   std::span<const double> tet_mass);
+
+// The same without components that left, tets and nodes under their new ids, which ascend as the old ones do. new_tet: one a tet,
+// -1: it left with its component; new_node: one a node, read of what stays.
+CollisionMesh kept_components(const CollisionMesh& mesh, std::span<const int> new_tet, std::span<const int> new_node);
+
+// Triangles of the exterior faces, in the order of surface_faces.
+void append_surface(const CollisionMesh& mesh, std::vector<Triangle>& triangles);
 
 }  // namespace crumple::sim::contact

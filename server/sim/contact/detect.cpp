@@ -36,9 +36,12 @@ struct Near {
     s_ = s;
     tets.clear();
     boxes.clear();
-    const int begin = unit.component->begin;
-    for (int k = 0; k < static_cast<int>(unit.tet_boxes.size()); ++k)
-      if (unit.tet_boxes[k].intersects(zone)) tets.push_back(begin + k);
+    const int begin = unit.component->begin, count = static_cast<int>(unit.tet_boxes.size());
+    for (int bundle = 0; bundle < static_cast<int>(unit.bundles.size()); ++bundle) {
+      if (!unit.bundles[bundle].intersects(zone)) continue;
+      for (int k = kBundle * bundle; k < std::min(kBundle * (bundle + 1), count); ++k)
+        if (unit.tet_boxes[k].intersects(zone)) tets.push_back(begin + k);
+    }
     boxes.reserve(tets.size());
     for (const int tet : tets) boxes.push_back(unit.fast || s != 1 ? box_of(tet) : unit.tet_boxes[tet - begin]);
     if (shapes_.size() < tets.size()) shapes_.resize(tets.size());
@@ -121,12 +124,12 @@ void Detector::place(int body) {
 }
 
 void Unit::clear() {
-  std::vector<Box3> tets = std::move(tet_boxes), ways = std::move(way_boxes);
-  tets.clear();
-  ways.clear();
+  std::vector<Box3> kept[] = {std::move(tet_boxes), std::move(bundles), std::move(way_boxes)};
   *this = {};
-  tet_boxes = std::move(tets);
-  way_boxes = std::move(ways);
+  for (std::vector<Box3>& boxes : kept) boxes.clear();
+  tet_boxes = std::move(kept[0]);
+  bundles = std::move(kept[1]);
+  way_boxes = std::move(kept[2]);
 }
 
 Unit& Detector::add_unit() {
@@ -180,6 +183,8 @@ void Detector::fill_tet_boxes(Unit& unit) const {
     const Mat34 start = at_start(unit, tet(unit, k));
     unit.tet_boxes.back().extend(Vec3(start.rowwise().minCoeff())).extend(Vec3(start.rowwise().maxCoeff()));
   }
+  unit.bundles.assign((unit.tet_boxes.size() + kBundle - 1) / kBundle, Box3());
+  for (std::size_t k = 0; k < unit.tet_boxes.size(); ++k) unit.bundles[k / kBundle].extend(unit.tet_boxes[k]);
 }
 
 int Detector::samples(const Unit& a, const Unit& b) const {

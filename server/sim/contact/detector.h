@@ -11,6 +11,7 @@
 // Private to detect*.cpp: one call of detect(), from boxes to rows.
 namespace crumple::sim::contact {
 
+inline constexpr int kBundle = 32;  // boundary tets that are left out together where a zone is far from all of them
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // A body moved to where contact is looked for.
@@ -26,6 +27,7 @@ struct Unit {
   Box3 box;
   double mass = 0;               // infinite if immovable
   std::vector<Box3> tet_boxes;   // of its boundary tets, if it is near another unit or meets itself
+  std::vector<Box3> bundles;     // of kBundle of those each
   Vec3 move = Vec3::Zero();      // mean displacement in the step [m]
   double diagonal = 0;           // of its box at the end of the step [m]
   bool fast = false;             // boxes then hold the whole way from the start of the step

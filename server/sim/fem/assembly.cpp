@@ -87,9 +87,7 @@ void rebuild(const RestBody& rest, const std::vector<Tet>& tets, int node_count,
   find_pieces(node_count, s);
   std::visit(
       [&]<class Scalar>(BlockSparseMatrix<Scalar>& A) {
-        A = BlockSparseMatrix<Scalar>::from_edges(node_count, s.connectivity.edges);
-        s.edge_blocks.clear();
-        for (const auto& [i, j] : s.connectivity.edges) s.edge_blocks.push_back({A.find(i, j), A.find(j, i)});
+        A = BlockSparseMatrix<Scalar>::from_edges(node_count, s.connectivity.edges, &s.edge_blocks);
       },
       s.A);
   s.b.resize(3 * node_count);

@@ -30,11 +30,13 @@ void collect_edge_corners(const ElementNodes& elements, Connectivity& c) {
         if (elements.nodes[b] > i) at_node.push_back(static_cast<std::uint64_t>(elements.nodes[b]) << 32 | Connectivity::pair(a, b));
     }
     std::sort(at_node.begin(), at_node.end());
+    int last = -1;
     for (const std::uint64_t corner : at_node) {
-      const std::array<int, 2> edge{i, static_cast<int>(corner >> 32)};
-      if (c.edges.empty() || c.edges.back() != edge) {
+      const int upper = static_cast<int>(corner >> 32);
+      if (upper != last) {
         c.edge_start.push_back(static_cast<int>(c.edge_corners.size()));
-        c.edges.push_back(edge);
+        c.edges.push_back({i, upper});
+        last = upper;
       }
       c.edge_corners.push_back(static_cast<std::uint32_t>(corner));
     }

@@ -1,7 +1,5 @@
 #include "server/sim/fracture/node_splitter.h"
 
-#include "server/sim/fracture/fragments.h"
-
 #include <algorithm>
 #include <cassert>
 
@@ -55,11 +53,12 @@ void NodeSplitter::list_faces_at(int node) {
     for (const int other : tets_[star[i]])
       if (other != node) others[count++] = other;
     std::sort(others, others + 3);
-    faces_.push_back({others[0], others[1], i});
-    faces_.push_back({others[0], others[2], i});
-    faces_.push_back({others[1], others[2], i});
+    const auto add = [&](int low, int high) { faces_.push_back({static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint32_t>(high), i}); };
+    add(others[0], others[1]);
+    add(others[0], others[2]);
+    add(others[1], others[2]);
   }
-  std::ranges::sort(faces_, {}, [](const FaceAtNode& f) { return std::tuple(f.low, f.high, f.index); });
+  std::ranges::sort(faces_, [](const FaceAtNode& a, const FaceAtNode& b) { return a.corners != b.corners ? a.corners < b.corners : a.index < b.index; });
 }
 
 // Tets of the star that are connected through faces at the node form a group; tets that never give way are all of one.
@@ -155,7 +154,7 @@ bool NodeSplitter::split(const SplitCandidate& candidate) {
     const FaceAtNode &a = faces_[f - 1], &b = faces_[f];
     if (!a.same_face(b) || front[a.index] == front[b.index]) continue;
     cut_tets_.insert(cut_tets_.end(), {star[a.index], star[b.index]});
-    cut_nodes_.insert(cut_nodes_.end(), {a.low, a.high});
+    cut_nodes_.insert(cut_nodes_.end(), {a.low(), a.high()});
   }
 
   const int copy = replicate(node, front);
@@ -177,12 +176,6 @@ bool NodeSplitter::split(const SplitCandidate& candidate) {
   }
   std::ranges::sort(parted_);
   return true;
-}
-
-SplitReport NodeSplitter::report() const {
-  SplitReport report = report_;
-  if (!report.splits.empty()) report.fragments = find_fragments(tets_).count();
-  return report;
 }
 
 }  // namespace crumple::sim::fracture

@@ -4,6 +4,7 @@
 #include "server/sim/fracture/separation_tensor.h"
 #include "server/sim/mesh/node_stars.h"
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -26,7 +27,6 @@ struct SplitReport {
   std::vector<int> origin;  // of each new node, in order of their ids: the node of before the call that it copies
   int separated = 0;        // further copies, made where only an edge or a node was left as a link
   int refused = 0;          // candidates that would have made a piece under kMinFragmentTets
-  int fragments = 0;        // face-connected pieces afterwards; 0 if nothing was split
 };
 
 // Splits candidates of a body, one a call, whichever order they come in. The tets of a candidate whose centroid lies in
@@ -55,14 +55,16 @@ class NodeSplitter {
   std::span<const int> tips() const { return tips_; }
 
   int split_count() const { return static_cast<int>(report_.splits.size()); }
-  SplitReport report() const;
+  const SplitReport& report() const { return report_; }
 
  private:
   // A face at a node, under the ids of its two other corners.
   struct FaceAtNode {
-    int low, high;
-    int index;  // of the tet in the node's star
-    bool same_face(const FaceAtNode& other) const { return low == other.low && high == other.high; }
+    std::uint64_t corners;  // the lower one first
+    int index;              // of the tet in the node's star
+    int low() const { return static_cast<int>(corners >> 32); }
+    int high() const { return static_cast<int>(corners); }
+    bool same_face(const FaceAtNode& other) const { return corners == other.corners; }
   };
 
   Vec3 centroid(int t) const;

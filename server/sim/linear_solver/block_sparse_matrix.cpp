@@ -15,14 +15,23 @@ constexpr int kRowsPerChunk = 64;  // some 3 us
 }  // namespace
 
 template <class Scalar>
-BlockSparseMatrix<Scalar> BlockSparseMatrix<Scalar>::from_edges(int node_count, std::span<const std::array<int, 2>> edges) {
+BlockSparseMatrix<Scalar> BlockSparseMatrix<Scalar>::from_edges(int node_count, std::span<const std::array<int, 2>> edges,
+                                                                std::vector<std::array<int, 2>>* blocks) {
   std::vector<int> row_start(node_count + 1, 0), columns(2 * edges.size());
   for (const auto& [i, j] : edges) ++row_start[i + 1], ++row_start[j + 1];
   for (int i = 0; i < node_count; ++i) row_start[i + 1] += row_start[i];
   std::vector<int> next(row_start.begin(), row_start.end() - 1);
   // Edges ascend: a row's lower columns come first, from edges that it is second in, then its upper ones.
-  for (const auto& [i, j] : edges) columns[next[j]++] = i;
-  for (const auto& [i, j] : edges) columns[next[i]++] = j;
+  if (blocks) blocks->resize(edges.size());
+  const auto fill = [&](int row_of, int column_of) {
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+      const int block = next[edges[e][row_of]]++;
+      columns[block] = edges[e][column_of];
+      if (blocks) (*blocks)[e][row_of] = block;
+    }
+  };
+  fill(1, 0);
+  fill(0, 1);
   return from_pattern(std::move(row_start), std::move(columns));
 }
 

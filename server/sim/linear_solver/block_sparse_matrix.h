@@ -36,7 +36,9 @@ class BlockSparseMatrix {
 
   // The pattern of a mesh: a block for every edge both ways, all zero. Nodes without an edge keep their diagonal block.
   // edges: pairs of nodes in [0, node_count), first < second, ascending, none twice.
-  static BlockSparseMatrix from_edges(int node_count, std::span<const std::array<int, 2>> edges);
+  // blocks: if given, of each edge (i, j) the indices of its blocks (i, j) and (j, i).
+  static BlockSparseMatrix from_edges(int node_count, std::span<const std::array<int, 2>> edges,
+                                      std::vector<std::array<int, 2>>* blocks = nullptr);
   // A given symmetric pattern, all zero. columns: ascending in a row, no diagonal.
   static BlockSparseMatrix from_pattern(std::vector<int> row_start, std::vector<int> columns);
 

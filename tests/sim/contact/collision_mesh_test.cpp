@@ -54,5 +54,57 @@ TEST(CollisionMesh, PartsThatShareOnlyAnEdgeAreComponents) {
   EXPECT_EQ(faces, 24);
 }
 
+// Every other cell of a row, their tets in turn: each is a component.
+TetMesh cells_apart() {
+  const TetMesh row = test::kuhn_lattice({7, 2, 2}, 1);
+  TetMesh mesh{row.X, {}};
+  for (int k = 0; k < row.tet_count(); ++k) {
+    const int t = (k * 59) % row.tet_count();
+    double x = 0;
+    for (const int n : row.tets[t]) x += row.X[n].x() / 4;
+    if (static_cast<int>(x) % 2 == 0) mesh.tets.push_back(row.tets[t]);
+  }
+  return mesh;
+}
+
+TEST(CollisionMesh, OfWhatStaysIsThatOfTheTetsThatStay) {
+  const TetMesh all = cells_apart();
+  std::vector<double> mass(all.tets.size());
+  for (std::size_t t = 0; t < mass.size(); ++t) mass[t] = 1 + 0.01 * static_cast<double>(t);
+  const CollisionMesh mesh = make_collision_mesh(all.tets, all.X, mass);
+  ASSERT_EQ(mesh.components.size(), 4u);
+  for (const std::set<std::size_t>& left : {std::set<std::size_t>{}, {0}, {2}, {1, 3}, {0, 1, 2, 3}}) {
+    std::vector<int> new_tet(all.tets.size(), 0), new_node(all.X.size(), 0);
+    for (const std::size_t c : left) {
+      for (int k = mesh.components[c].begin; k < mesh.components[c].end; ++k) new_tet[mesh.tets[k].id] = -1;
+      for (const int n : mesh.nodes_of(mesh.components[c])) new_node[n] = -1;
+    }
+    TetMesh rest;
+    std::vector<double> rest_mass;
+    for (std::size_t n = 0; n < all.X.size(); ++n) {
+      if (new_node[n] < 0) continue;
+      new_node[n] = rest.node_count();
+      rest.X.push_back(all.X[n]);
+    }
+    for (std::size_t t = 0; t < all.tets.size(); ++t) {
+      if (new_tet[t] < 0) continue;
+      new_tet[t] = rest.tet_count();
+      Tet tet = all.tets[t];
+      for (int& n : tet) n = new_node[n];
+      rest.tets.push_back(tet);
+      rest_mass.push_back(mass[t]);
+    }
+    EXPECT_EQ(kept_components(mesh, new_tet, new_node), make_collision_mesh(rest.tets, rest.X, rest_mass)) << left.size();
+  }
+}
+
+TEST(CollisionMesh, HasTheSurfaceOfItsTets) {
+  const TetMesh all = cells_apart();
+  std::vector<Triangle> surface, expected;
+  append_surface(make_collision_mesh(all.tets, all.X, {}), surface);
+  for (const SurfaceFace& face : surface_faces(all.tets)) expected.push_back(face.nodes);
+  EXPECT_EQ(surface, expected);
+}
+
 }  // namespace
 }  // namespace crumple::sim::contact

@@ -163,8 +163,7 @@ TEST(MeshSplit, ABarPulledAboveItsStrengthComesApart) {
   const Sums before = sums(body, rest_volumes);
   EXPECT_TRUE(bar_candidates(body, 1.01e4).empty());
   const SplitReport report = body.split(bar_candidates(body, 0.99e4), {});
-  EXPECT_GE(report.fragments, 2);
-  EXPECT_EQ(report.fragments, find_fragments(body.mesh.tets).count());
+  EXPECT_GE(find_fragments(body.mesh.tets).count(), 2);
   for (const NodeSplit& split : report.splits) {
     EXPECT_NEAR(std::abs(split.normal.x()), 1, 1e-9);
     EXPECT_EQ(split.point, body.state.x[split.node]);
@@ -179,11 +178,11 @@ TEST(MeshSplit, APlaneThroughALatticeCutsItInTwo) {
   for (int n = 0; n < body.mesh.node_count(); ++n)
     if (body.mesh.X[n].x() == 2) candidates.push_back({n, Vec3::UnitX(), 1});
   const SplitReport report = body.split(candidates, {});
-  EXPECT_EQ(report.fragments, 2);
   EXPECT_EQ(report.origin.size(), candidates.size());
   std::set<int> origins(report.origin.begin(), report.origin.end());
   EXPECT_EQ(origins.size(), candidates.size());
   const Fragments fragments = find_fragments(body.mesh.tets);
+  EXPECT_EQ(fragments.count(), 2);
   for (int t = 0; t < body.mesh.tet_count(); ++t) {
     double x = 0;
     for (const int n : body.mesh.tets[t]) x += body.mesh.X[n].x() / 4;
@@ -194,8 +193,7 @@ TEST(MeshSplit, APlaneThroughALatticeCutsItInTwo) {
 TEST(MeshSplit, APieceUnderThreeTetsIsRefused) {
   // One cube: six tets around its diagonal. A corner that one tet alone has cannot be cut off; a cut in half can.
   Body body(test::kuhn_lattice({1, 1, 1}, 1));
-  const SplitReport halves = body.split(std::vector<SplitCandidate>{{0, Vec3(1, -1, 0), 1}, {7, Vec3(1, -1, 0), 1}}, {});
-  EXPECT_EQ(halves.fragments, 2);
+  body.split(std::vector<SplitCandidate>{{0, Vec3(1, -1, 0), 1}, {7, Vec3(1, -1, 0), 1}}, {});
   EXPECT_EQ(find_fragments(body.mesh.tets).size, (std::vector<int>{3, 3}));
   int nodes = body.mesh.node_count();
   for (int n = 0; n < nodes; ++n)
@@ -220,7 +218,6 @@ TEST(MeshSplit, ARefusedSplitChangesNothing) {
   const Vec3 e = (radial.normalized() - offset / centroid.dot(Vec3::Ones().normalized()) * Vec3::Ones().normalized());
   const SplitReport report = body.split(std::vector<SplitCandidate>{{0, e, 1}}, {});
   EXPECT_EQ(report.refused, 1);
-  EXPECT_EQ(report.fragments, 0);
   EXPECT_TRUE(report.splits.empty() && report.origin.empty());
   EXPECT_EQ(body.mesh.tets, tets);
   EXPECT_EQ(body.state.x.size(), 8u);
@@ -240,7 +237,7 @@ TEST(MeshSplit, HingesAndBallJointsAreParted) {
     std::vector<SplitCandidate> candidates;
     for (int i = 0; i + left_out < 4; ++i) candidates.push_back({square[i], Vec3::UnitX(), 1});
     const SplitReport report = body.split(candidates, {});
-    EXPECT_EQ(report.fragments, 2);
+    EXPECT_EQ(find_fragments(body.mesh.tets).count(), 2);
     EXPECT_EQ(report.origin.size(), 4u);
     EXPECT_GE(report.separated, left_out);
     for (const auto& star : {body.stars[square[2]], body.stars[square[3]]})
