@@ -5,6 +5,7 @@
 #include "server/sim/motion.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -190,6 +191,7 @@ const Eigen::VectorXd& SoftBody::external_force(const Vec3& gravity) {
 }
 
 bool SoftBody::advance(Eigen::Ref<const Eigen::VectorXd> v_plus, double dt) {
+  assert(!is_empty());
   if (frozen) return true;
   bool finite = all_finite(v_plus);
   for (int n = 0; finite && n < node_count() && command_force_.size() > 0; ++n) {
@@ -269,6 +271,7 @@ void SoftBody::follow_script(double dt) {
 }
 
 int SoftBody::inverted(const ThreadPool& pool) const {
+  if (is_empty()) return 0;
   const bool counted = elements_at_state_ && !rest.grouped() && system.elements.is_of(rest);
   return counted ? fem::inverted_count(system.elements) : fem::inverted_count(tets, state.x, pool);
 }

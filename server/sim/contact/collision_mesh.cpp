@@ -3,7 +3,6 @@
 #include "server/sim/mesh/disjoint_sets.h"
 #include "server/sim/mesh/tet_faces.h"
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numeric>

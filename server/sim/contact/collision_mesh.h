@@ -25,7 +25,8 @@ struct CollisionComponent {
   bool operator==(const CollisionComponent&) const = default;
 };
 
-// What contact needs of a tet mesh besides positions: made when a body loads and again when it breaks.
+// What contact needs of a tet mesh besides positions, and its pieces and surface: made when a body loads and again when it splits, cut
+// down when pieces leave.
 struct CollisionMesh {
   std::vector<CollisionTet> tets;              // by component, ascending id within both parts of it
   std::vector<CollisionComponent> components;  // by their lowest tet

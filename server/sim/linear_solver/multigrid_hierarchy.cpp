@@ -40,7 +40,7 @@ void MultigridHierarchy::follow(const std::shared_ptr<const BlockPattern>& patte
       level.product = GalerkinProduct(fine, level.transfer, level.A);
     }
     levels_.push_back(std::move(level));
-    fine = {levels_.back().A.row_start(), levels_.back().A.columns()};  // of vectors whose storage moves along
+    fine = {levels_.back().A.row_start(), levels_.back().A.columns()};  // of a pattern that the level shares
     fine_X = coarse_X;
     fine_held.assign(fine_X.size(), 0);
     lattice.spacing *= 2;
@@ -55,6 +55,7 @@ void MultigridHierarchy::update(const BlockSparseMatrix<Scalar>& A, std::span<co
                                 double mean_tet_volume, const ThreadPool& pool) {
   assert(static_cast<int>(X.size()) == A.rows() && held.size() == X.size());
   const bool same = pattern_ && (A.pattern() == pattern_ || *A.pattern() == *pattern_);
+  if (same) pattern_ = A.pattern();
   if (!same || !std::ranges::equal(held, held_)) follow(A.pattern(), X, held, mean_tet_volume);
   if constexpr (std::is_same_v<Scalar, float>) {
     values_ = A.values();

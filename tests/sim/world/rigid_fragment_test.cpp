@@ -1,5 +1,6 @@
 // Small pieces that go on as rigid bodies: alone, and in whole worlds.
 #include "server/sim/bodies/rigid_fragment.h"
+#include "server/sim/fracture/fragments.h"
 #include "tests/sim/world/world_bodies.h"
 
 #include <Eigen/Eigenvalues>
@@ -155,6 +156,7 @@ TEST(RigidFragments, ArePushedByCommandsAndDrawnAsTheyWere) {
   while (world->time() < 1 && world->fem(0).rigid_fragments < 3) world->step();
   ASSERT_GE(world->fem(0).rigid_fragments, 3);
   const FemView before = world->fem(0);
+  EXPECT_EQ(before.fragments, fracture::find_fragments(before.tets).count());
   // A node of the scene's mesh keeps its number, wherever it is now.
   std::vector<int> all;
   for (int n = 0; n < 9 * 9 * 2; ++n) all.push_back(n);
