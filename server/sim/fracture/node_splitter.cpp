@@ -53,12 +53,16 @@ void NodeSplitter::list_faces_at(int node) {
     for (const int other : tets_[star[i]])
       if (other != node) others[count++] = other;
     std::sort(others, others + 3);
-    const auto add = [&](int low, int high) { faces_.push_back({static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint32_t>(high), i}); };
+    const auto add = [&](int low, int high) {
+      faces_.push_back({static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint32_t>(high), i});
+    };
     add(others[0], others[1]);
     add(others[0], others[2]);
     add(others[1], others[2]);
   }
-  std::ranges::sort(faces_, [](const FaceAtNode& a, const FaceAtNode& b) { return a.corners != b.corners ? a.corners < b.corners : a.index < b.index; });
+  std::ranges::sort(faces_, [](const FaceAtNode& a, const FaceAtNode& b) {
+    return a.corners != b.corners ? a.corners < b.corners : a.index < b.index;
+  });
 }
 
 // Tets of the star that are connected through faces at the node form a group; tets that never give way are all of one.
