@@ -5,10 +5,12 @@
 #include "server/lab/chart/verdict.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iomanip>
+#include <numeric>
 #include <set>
 #include <sstream>
 
@@ -19,6 +21,7 @@ constexpr double kPanel = 430, kLonePanel = 660, kPanelHeight = 360, kLeft = 84,
 constexpr double kLegendRow = 17, kFooter = 36;
 const char* const kColours[] = {"#0b6e99", "#d1495b", "#3a8f4d", "#8a5fbf", "#e08e1b", "#5b5b5b", "#17a2a2", "#a0522d", "#c04fa0", "#7a8f00"};
 constexpr int kColourCount = 10;
+static_assert(std::lcm(kColourCount, kPointShapes) == kMostCurves);
 
 std::string quoted(const std::string& text) {
   std::string out = "'";
@@ -287,8 +290,8 @@ void draw_frame(const Canvas& canvas, const std::string& title, const std::vecto
 }
 
 int shape_of(int k) {
-  constexpr int shapes[] = {7, 5, 9, 13, 11, 6, 4, 8, 12, 10};
-  return shapes[k % 10];
+  constexpr std::array<int, kPointShapes> shapes{7, 5, 9, 13, 11, 15, 6, 4, 8, 12, 10, 14};  // filled, then open
+  return shapes[k % kPointShapes];
 }
 
 Mark mark(const Point& p, const std::string& x, const std::string& y) {

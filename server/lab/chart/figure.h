@@ -9,6 +9,9 @@ namespace crumple::lab::chart {
 // An error that says how to get it, if gnuplot does not run here.
 Result<void> find_gnuplot();
 
+// Curves of a study that a figure tells apart: `pareto`, where colours are for something else, by their points alone.
+inline constexpr int kPointShapes = 12, kMostCurves = 60;
+
 struct Footer {
   // Stand under the panels of every figure: machine and compiler; commit, runs and scene.
   std::string made_on, made_of;

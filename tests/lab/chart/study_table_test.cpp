@@ -1,4 +1,5 @@
 // The table of studies: complete, named once, every curve with five points or a reason.
+#include "server/lab/chart/figure.h"
 #include "server/lab/chart/pinning.h"
 #include "server/lab/chart/study.h"
 
@@ -19,6 +20,7 @@ TEST(StudyTable, EveryCurveHasFivePointsOrSaysWhyNot) {
   for (const Workshop& workshop : {with_references(), without_references()}) {
     for (const Study& study : studies(workshop)) {
       EXPECT_TRUE(!study.curves.empty() || !study.unmet.empty()) << study.name;
+      EXPECT_LE(study.curves.size(), study.name == "pareto" ? kPointShapes : kMostCurves) << study.name;
       for (const Curve& curve : study.curves) {
         EXPECT_TRUE(curve.knob.values.size() >= 5 || !curve.why_few.empty()) << study.name << " / " << curve.name;
       }
