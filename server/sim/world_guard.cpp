@@ -53,6 +53,7 @@ void World::Impl::look_at_accounts() {
     for (int b : account.soft) {
       if (soft[b].frozen) continue;
       guard::Measurement own = island;
+      // What has just fallen asleep moved after its last pass over the elements.
       own.inverted = is_live(soft[b]) ? soft[b].inverted(pool) : fem::inverted_count(soft[b].tets, soft[b].state.x, pool);
       const auto found = guard::watch(own, guards[b]);
       if (!found) continue;

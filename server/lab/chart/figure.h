@@ -9,7 +9,7 @@ namespace crumple::lab::chart {
 // An error that says how to get it, if gnuplot does not run here.
 Result<void> find_gnuplot();
 
-// Curves of a study that a figure tells apart: `pareto`, where colours are for something else, by their points alone.
+// Curves of a study that a figure tells apart: of FigureKind::pareto, where colours are for something else, by their points alone.
 inline constexpr int kPointShapes = 12, kMostCurves = 60;
 
 struct Footer {

@@ -50,7 +50,7 @@ class RigidFragment {
   const Vec3& pushed() const { return pushed_; }                  // [N s]
   const Vec3& pushed_angular() const { return pushed_angular_; }  // [N m s]
 
-  const contact::CollisionMesh& mesh() const { return collision_; }
+  const contact::CollisionMesh& mesh() const { return collision_; }  // of piece().tets
   // As contact sees it: movable unless it is held or `asleep`. Borrows this object.
   contact::CollisionBody collision_body(bool asleep) const;
 

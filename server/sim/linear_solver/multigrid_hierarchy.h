@@ -30,7 +30,8 @@ class MultigridHierarchy {
   const float* finest() const { return values_; }  // values() of A in single precision, as of the last update; of A itself if it has that
 
  private:
-  void follow(const std::shared_ptr<const BlockPattern>& pattern, std::span<const Vec3> X, std::span<const char> held, double mean_tet_volume);
+  void follow(const std::shared_ptr<const BlockPattern>& pattern, std::span<const Vec3> X, std::span<const char> held,
+              double mean_tet_volume);
 
   std::vector<Level> levels_;
   std::vector<float> finest_;
