@@ -64,15 +64,15 @@ BodyId World::find(const std::string& name) const {
 
 Pose World::pose(BodyId body) const {
   const Impl::Place place = impl_->places[body];
-  if (place.model == BodyModel::fem) return {Quat::Identity(), impl_->soft[place.index].centre_of_mass()};
+  if (place.model == BodyModel::fem) return {Quat::Identity(), impl_->objects[place.index].centre_of_mass(impl_->soft)};
   return impl_->rigid.pose(body);
 }
 
 Vec3 World::velocity(BodyId body) const {
   const Impl::Place place = impl_->places[body];
   if (place.model != BodyModel::fem) return impl_->rigid.velocity(body);
-  const SoftBody& soft = impl_->soft[place.index];
-  return soft.momentum() / soft.mass();
+  const FemObject& object = impl_->objects[place.index];
+  return object.momentum(impl_->soft) / object.mass(impl_->soft);
 }
 
 bool World::is_asleep(BodyId body) const { return impl_->sleeps(body); }
@@ -110,30 +110,43 @@ Energies World::energies() const {
 
 int World::inverted(BodyId body) const {
   assert(impl_->places[body].model == BodyModel::fem);
-  const SoftBody& soft = impl_->soft[impl_->places[body].index];
-  return fem::inverted_count(soft.tets, soft.state.x, impl_->pool);
+  int count = 0;
+  for (const Piece& piece : impl_->objects[impl_->places[body].index].pieces()) {
+    const SoftBody& mesh = impl_->soft[piece.soft];
+    if (!piece.is_rigid()) count += fem::inverted_count(mesh.tets, mesh.state.x, impl_->pool);
+  }
+  return count;
 }
 
 FemView World::fem(BodyId body) const {
   assert(impl_->places[body].model == BodyModel::fem);
-  const SoftBody& soft = impl_->soft[impl_->places[body].index];
-  FemView view{soft.tets, soft.state.x, soft.state.v, {}, soft.rest.material_id, soft.von_mises()};
-  for (int t = 0; t < static_cast<int>(soft.tets.size()); ++t) view.plastic_strain.push_back(fem::element_plastic_strain(soft.rest, soft.state.plastic_strain, t));
+  const FemObject& object = impl_->objects[impl_->places[body].index];
+  const SoftShape shape = object.shape(impl_->soft);
+  FemView view;
+  view.fragments = object.connected_pieces(impl_->soft);
+  view.rigid_fragments = object.rigid_pieces();
   view.inverted = inverted(body);
-  view.fragments = soft.all_pieces();
-  view.rigid_fragments = static_cast<int>(soft.fragments.size());
-  for (const RigidFragment& fragment : soft.fragments) {
-    const RigidFragment::Piece& piece = fragment.piece();
-    const int first = static_cast<int>(view.x.size());
-    for (Tet tet : piece.tets) {
-      for (int& n : tet) n += first;
-      view.tets.push_back(tet);
+  const int pieces = static_cast<int>(shape.pieces.size());
+  std::vector<int> first_node(pieces);
+  std::vector<std::vector<double>> stress(pieces);
+  for (const bool rigid : {false, true}) {
+    for (int p = 0; p < pieces; ++p) {
+      if (shape.is_rigid(p) != rigid) continue;
+      first_node[p] = static_cast<int>(view.x.size());
+      const std::span<const Vec3> x = shape.x(p);
+      view.x.insert(view.x.end(), x.begin(), x.end());
+      for (int n = 0; n < static_cast<int>(x.size()); ++n) view.v.push_back(shape.velocity({p, n}));
+      if (!rigid) stress[p] = shape.mesh_of(p).von_mises();
     }
-    view.x.insert(view.x.end(), piece.x.begin(), piece.x.end());
-    for (int n = 0; n < fragment.node_count(); ++n) view.v.push_back(fragment.node_velocity(n));
-    view.plastic_strain.insert(view.plastic_strain.end(), piece.plastic_strain.begin(), piece.plastic_strain.end());
-    view.material_id.insert(view.material_id.end(), piece.material_id.begin(), piece.material_id.end());
-    view.von_mises.resize(view.tets.size(), 0);
+  }
+  const bool heterogeneous = shape.mesh_of(0).rest.material_count() > 1;
+  for (const TetRef& at : shape.scene_tets) {
+    Tet tet = shape.nodes(at);
+    for (int& n : tet) n += first_node[at.piece];
+    view.tets.push_back(tet);
+    view.plastic_strain.push_back(shape.plastic_strain(at));
+    if (heterogeneous) view.material_id.push_back(shape.material_id(at));
+    view.von_mises.push_back(shape.is_rigid(at.piece) ? 0 : stress[at.piece][at.tet]);
   }
   return view;
 }

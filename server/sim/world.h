@@ -77,8 +77,8 @@ struct Invariants {
                                // end, and on the nodes' own mass [J]
 };
 
-// What a recording or a test reads of one finite-element body: nodes and tets of what is deformable, then of rigid
-// fragments, whose stress is not known and given as 0.
+// What a recording or a test reads of one finite-element body. Tets are those of the scene's mesh in its order, however it broke;
+// nodes those of its deformable pieces, then of rigid fragments, whose stress is not known and given as 0.
 struct FemView {
   std::vector<Tet> tets;
   std::vector<Vec3> x;

@@ -24,7 +24,7 @@ bool World::Impl::is_pushed(const islands::CompositeIsland& island, int body) co
   return std::ranges::any_of(island.rows, [&](const contact::ContactRow& row) {
     if (!row.active || !(row.lambda_n > 0)) return false;
     const int a = row.sides[0].body, b = row.sides[1].body;
-    return a != b && (a == body || b == body) && !is_debris_of(a == body ? b : a, body);
+    return (a == body || b == body) && !is_of_object(a == body ? b : a, soft[body].id);
   });
 }
 

@@ -10,6 +10,12 @@ Event& World::Impl::add_event(EventKind kind, BodyId body) {
   return events.back();
 }
 
+bool World::Impl::is_said(EventKind kind, const std::string& message) const {
+  for (auto event = events.rbegin(); event != events.rend() && event->step == step; ++event)
+    if (event->kind == kind && event->message == message) return true;
+  return false;
+}
+
 std::vector<Event> World::take_events() { return std::exchange(impl_->events, {}); }
 
 const Topology& World::topology() const { return impl_->topology; }
@@ -21,7 +27,7 @@ Frame World::capture(bool with_values) const {
   for (BodyId id = 0; id < w.places.size(); ++id) {
     BodyFrame& body = frame.bodies[id];
     switch (w.places[id].model) {
-      case BodyModel::fem: w.soft[w.places[id].index].capture(with_values, body); break;
+      case BodyModel::fem: w.objects[w.places[id].index].capture(w.soft, with_values, body); break;
       case BodyModel::example_based:
         w.examples[w.places[id].index].capture(w.rigid.pose(id), with_values, body);
         break;

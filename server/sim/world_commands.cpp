@@ -18,7 +18,7 @@ Result<void> World::Impl::check(const Command& command, const std::string& field
     if (place.model != BodyModel::fem) {
       return invalid(at + "body", text("is ", body, ", which has no nodes: it is not a finite-element body"));
     }
-    const int count = soft[place.index].scene_node_count();
+    const int count = objects[place.index].scene_node_count();
     for (std::size_t k = 0; k < push->nodes.size(); ++k) {
       if (push->nodes[k] >= 0 && push->nodes[k] < count) continue;
       return invalid(text(at, "nodes[", k, "]"), text("is ", push->nodes[k], ", must be in [0, ", count, ")"));
@@ -87,14 +87,14 @@ void World::Impl::apply(const Command& command) {
     examples[places[parameters->body].index].set_parameters(*parameters);
   } else {
     const auto& nodes = std::get<ApplyNodeImpulse>(command);
-    soft[places[nodes.body].index].push_nodes(nodes.impulse, nodes.nodes);
+    objects[places[nodes.body].index].push_nodes(soft, nodes.impulse, nodes.nodes);
   }
 }
 
 void World::Impl::push_body(BodyId body, const Vec3& impulse, const Vec3& point, double radius) {
   const Place place = places[body];
   if (place.model == BodyModel::fem) {
-    soft[place.index].push(impulse, point, radius);
+    objects[place.index].push(soft, impulse, point, radius);
     return;
   }
   const bool felt = is_felt(impulse.norm() / rigid.mass(body));

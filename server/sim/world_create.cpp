@@ -34,6 +34,11 @@ Result<void> World::Impl::make_bodies() {
     Result<void> kept;
     if (const auto* fem = std::get_if<FemModel>(&body.model)) {
       kept = keep(SoftBody::make(id, body, *fem, options, field + ".fem"), soft, BodyModel::fem);
+      if (!kept) return kept;
+      auto object = FemObject::make(body, *fem, places[id].index, soft.back());
+      if (!object) return std::unexpected(Error{object.error().code, field + ".fem." + object.error().field, object.error().message});
+      objects.push_back(*std::move(object));
+      soft_parts.push_back(body_part(id));
     } else if (const auto* example = std::get_if<ExampleModel>(&body.model)) {
       kept = keep(ExampleBody::make(id, body, *example, rigid, field + ".example", rests), examples, BodyModel::example_based);
     } else {
@@ -54,7 +59,10 @@ Result<void> World::Impl::make_bodies() {
     const BodyDescription& body = scene.bodies[id];
     const auto [model, index] = places[id];
     switch (model) {
-      case BodyModel::fem: topology.bodies[id] = soft[index].topology(); break;
+      case BodyModel::fem:
+        objects[index].draw(soft);
+        topology.bodies[id] = objects[index].topology(soft);
+        break;
       case BodyModel::example_based: topology.bodies[id] = examples[index].topology(body); break;
       default: topology.bodies[id] = solids[index].topology(body, reach);
     }

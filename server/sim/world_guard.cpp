@@ -59,12 +59,15 @@ void World::Impl::look_at_accounts() {
       if (!found) continue;
       soft[b].use_rotation(found->rung >= guard::Rung::safe_rotation);
       const std::string& name = scene.bodies[soft[b].id].name;
-      Event& event = add_event(EventKind::guard, soft[b].id);
-      event.point = soft[b].centre_of_mass();
-      event.magnitude = found->value;
-      event.message = found->up ? text(name, ": ", guard::name(found->quantity), " is ", found->value, ", at most ", found->bound,
-                                       " is allowed; now ", guard::name(found->rung))
-                                : text(name, " is calm again; now ", guard::name(found->rung));
+      const std::string message = found->up ? text(name, ": ", guard::name(found->quantity), " is ", found->value, ", at most ",
+                                                   found->bound, " is allowed; now ", guard::name(found->rung))
+                                            : text(name, " is calm again; now ", guard::name(found->rung));
+      if (!is_said(EventKind::guard, message)) {  // of another piece of it
+        Event& event = add_event(EventKind::guard, soft[b].id);
+        event.point = soft[b].centre_of_mass();
+        event.magnitude = found->value;
+        event.message = message;
+      }
       if (found->rung != guard::Rung::frozen) continue;
       soft[b].freeze();
       add_event(EventKind::frozen, soft[b].id).message = text(name, " gains energy that nothing gives it and is held where it is");

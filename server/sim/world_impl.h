@@ -1,6 +1,7 @@
 #pragma once
 
 #include "server/sim/bodies/example_body.h"
+#include "server/sim/bodies/fem_object.h"
 #include "server/sim/bodies/soft_body.h"
 #include "server/sim/bodies/solid_body.h"
 #include "server/sim/guard/island_guard.h"
@@ -25,7 +26,7 @@ struct World::Impl {
   // Where a body's data is.
   struct Place {
     BodyModel model;
-    int index;  // into soft, solids or examples
+    int index;  // into objects, solids or examples
   };
   struct ActiveForce {
     ApplyForce force;
@@ -37,7 +38,8 @@ struct World::Impl {
   bool keeps_strikes;
   ThreadPool pool;
   std::vector<Place> places;  // by BodyId
-  std::vector<SoftBody> soft;
+  std::vector<FemObject> objects;
+  std::vector<SoftBody> soft;             // meshes: one an object, then those that broke off, in the order in which they did
   std::vector<SolidBody> solids;
   std::vector<ExampleBody> examples;
   RigidWorld rigid;
@@ -49,23 +51,21 @@ struct World::Impl {
   std::vector<ActiveForce> forces;
   std::vector<LoadWindow> joint_loads;    // one a joint of the scene
   contact::FrictionMemory friction;
-  std::vector<guard::BodyGuard> guards;   // one a soft body
+  std::vector<guard::BodyGuard> guards;   // one a mesh
   struct IslandAccount {
-    std::vector<int> soft;                // bodies that were one island in the last step
+    std::vector<int> soft;                // meshes that were one island in the last step, and what they have broken into
     double energy = 0;                    // of all of them, before that step [J]
     double work = 0;                      // done on them in it, but for commands and prescribed nodes [J]
     bool capped = false;
     double residual = 0;
   };
   std::vector<IslandAccount> accounts;    // of the last step
-  struct Debris {
-    int soft;                             // the body that it broke off, and which one of its fragments it is
-    int fragment;
-  };
-  std::vector<Debris> debris;             // rigid fragments, in the order in which they came to be
-  // What sleeps for itself, by one index: a body (of a broken one, what is left of it), by BodyId; then each rigid fragment,
-  // in the order of `debris`.
+  // What sleeps for itself, by one index: a body (of a broken one, its first mesh), by BodyId; then pieces of broken ones, in the
+  // order in which they broke off.
   using Part = int;
+  std::vector<Piece> broken_off;          // by Part, less the bodies
+  std::vector<Part> debris;               // rigid fragments
+  std::vector<Part> soft_parts;           // one a mesh
   islands::SleepingIslands sleepers;      // by Part
   std::vector<islands::Stillness> stillness;  // by Part, of live ones
 
@@ -79,9 +79,10 @@ struct World::Impl {
   double (*now_ms)() = nullptr;
 
   // One step's data, from stage to stage.
-  std::vector<contact::CollisionBody> collision_bodies;  // soft bodies, then solids, then examples, then debris
+  std::vector<contact::CollisionBody> collision_bodies;  // meshes, then solids, then examples, then debris
   std::vector<BodyId> collision_ids;
-  int first_debris = 0;                                  // among them
+  std::vector<Part> collision_parts;
+  int first_debris = 0, soft_at_detection = 0;           // among them; how many of them are meshes
   std::vector<contact::CollisionPlane> planes;
   std::vector<islands::IslandBody> island_bodies;        // as collision_bodies
   std::vector<islands::CompositeIsland> composite;
@@ -89,12 +90,12 @@ struct World::Impl {
   std::vector<islands::IslandSolution> solutions;
   std::vector<contact::ContactRow> rows;
   contact::FrictionMemory friction_before;               // of the step before
-  std::vector<char> was_capped;                          // one a soft body: its last solve ended at its cap
-  std::vector<FractureOutcome> broken;                   // one a soft body: in this step so far
-  std::vector<char> spent;                               // one a soft body: most of what breaks in this step has
-  std::vector<int> breakable;                            // soft bodies that may break in this step
+  std::vector<char> was_capped;                          // one a mesh: its last solve ended at its cap
+  std::vector<FractureOutcome> broken;                   // one a mesh: in this step so far
+  std::vector<char> spent;                               // one a mesh: most of what breaks in this step has
+  std::vector<int> breakable;                            // meshes that may break in this step
   std::vector<SoftBody::HandOver> handed_over;           // one of these each: scratch of hand_over(), that quiet steps allocate nothing
-  std::vector<SoftBody::Energy> soft_energy;             // one a soft body, after assemble
+  std::vector<SoftBody::Energy> soft_energy;             // one a mesh, after assemble
   std::vector<char> disturbed;                           // by Part: commands or scripts move it in this step
   std::vector<contact::Box3> sleeping_box;               // by Part, of those that are asleep
   std::vector<char> all_fixed;                           // ones: no node of a sleeper is an unknown
@@ -141,21 +142,21 @@ struct World::Impl {
   // Islands that sleep (world_sleep.cpp).
   void start_islands();
   Part body_part(BodyId id) const { return static_cast<Part>(id); }
-  Part part_of(int body) const {  // body: as in collision_bodies
-    return is_debris(body) ? debris_part(body - first_debris) : body_part(collision_ids[body]);
-  }
-  Part debris_part(int k) const { return static_cast<Part>(places.size()) + k; }
-  bool is_fragment(Part part) const { return part >= static_cast<Part>(places.size()); }
-  RigidFragment& fragment(Part part) {
-    const Debris& own = debris[part - places.size()];
-    return soft[own.soft].fragments[own.fragment];
-  }
+  Part part_of(int body) const { return collision_parts[body]; }  // body: as in collision_bodies
+  Part part_of(const SoftBody& mesh) const { return soft_parts[&mesh - soft.data()]; }
+  bool is_body(Part part) const { return part < static_cast<Part>(places.size()); }
+  const Piece& piece(Part part) const { return broken_off[part - places.size()]; }
+  bool is_fragment(Part part) const { return !is_body(part) && piece(part).is_rigid(); }
+  RigidFragment& fragment(Part part) { return soft[piece(part).soft].fragments[piece(part).fragment]; }
   const RigidFragment& fragment(Part part) const { return const_cast<Impl*>(this)->fragment(part); }
+  bool is_mesh(Part part) const { return is_body(part) ? places[part].model == BodyModel::fem : !is_fragment(part); }
+  SoftBody& mesh(Part part) { return soft[is_body(part) ? places[part].index : piece(part).soft]; }  // places: an object's first
+  const SoftBody& mesh(Part part) const { return const_cast<Impl*>(this)->mesh(part); }
   int part_count() const { return static_cast<int>(stillness.size()); }
   bool is_live(Part part) const { return sleepers.activity(part) == islands::Activity::live; }
-  bool is_live(const SoftBody& body) const { return is_live(body_part(body.id)); }
+  bool is_live(const SoftBody& body) const { return is_live(part_of(body)); }
   bool is_asleep(Part part) const { return sleepers.activity(part) == islands::Activity::asleep; }
-  bool is_asleep(const SoftBody& body) const { return is_asleep(body_part(body.id)); }
+  bool is_asleep(const SoftBody& body) const { return is_asleep(part_of(body)); }
   bool sleeps(BodyId id) const;                     // some part of the body does, and none is live
   std::span<const Vec3> points(Part part) const;    // nodes, or proxy nodes where the body was last placed
   void wake(Part part);
@@ -205,16 +206,17 @@ struct World::Impl {
   Alone alone(const islands::CompositeIsland& island) const;
   contact::CollisionBody collision_body(const SoftBody& body) const;
 
-  // Rigid fragments (world_debris.cpp). `body`: as in collision_bodies.
+  // Pieces that broke off (world_debris.cpp). `body`: as in collision_bodies.
   bool is_debris(int body) const { return body >= first_debris; }
   RigidFragment& fragment_of(int body) { return fragment(part_of(body)); }
-  bool is_debris_of(int body, int parent) const {  // planes, which follow, are nobody's
-    return is_debris(body) && body < first_debris + static_cast<int>(debris.size()) && debris[body - first_debris].soft == parent;
+  bool is_of_object(int body, BodyId id) const {  // planes, which follow, are nobody's
+    return body < static_cast<int>(collision_ids.size()) && collision_ids[body] == id;
   }
-  const SoftBody& parent_of(int body) const { return soft[debris[body - first_debris].soft]; }
+  const SoftBody& parent_of(int body) const { return soft[piece(part_of(body)).soft]; }
   islands::IslandBody debris_for_islands(int body, double h);
   void hand_over();
-  void follow_hand_over(int body, const SoftBody::HandOver& moved, int bodies_before);
+  void add_part(const Piece& piece);
+  void follow_hand_over(int body, const SoftBody::HandOver& moved, int soft_before, int bodies_before);
   double contact_work(const islands::CompositeIsland& island, const islands::IslandSolution& solution,
                       std::span<const islands::IslandBody> bodies) const;
   // Of all impulses of contact on all unknowns of an island, at their midpoint velocities [J].
@@ -231,6 +233,7 @@ struct World::Impl {
   void apply(const Command& command);
   void push_body(BodyId body, const Vec3& impulse, const Vec3& point, double radius);
   Event& add_event(EventKind kind, BodyId body);
+  bool is_said(EventKind kind, const std::string& message) const;  // in this step
 
   // Runs one stage and notes its time if somebody keeps a clock.
   template <class Stage>

@@ -48,17 +48,17 @@ Box3 way_of(const contact::CollisionBody& body, const Vec3& gravity, double dt) 
 
 std::span<const Vec3> World::Impl::points(Part part) const {
   if (is_fragment(part)) return fragment(part).x();
+  if (is_mesh(part)) return mesh(part).state.x;
   const Place place = places[part];
-  if (place.model == BodyModel::fem) return soft[place.index].state.x;
   return place.model == BodyModel::example_based ? examples[place.index].x : solids[place.index].x;
 }
 
 bool World::Impl::sleeps(BodyId id) const {
   bool live = is_live(body_part(id)), asleep = is_asleep(body_part(id));
-  for (int k = 0; k < static_cast<int>(debris.size()) && !live; ++k) {
-    if (soft[debris[k].soft].id != id) continue;
-    live = is_live(debris_part(k));
-    asleep = asleep || is_asleep(debris_part(k));
+  for (Part part = static_cast<Part>(places.size()); part < part_count() && !live; ++part) {
+    if (soft[piece(part).soft].id != id) continue;
+    live = is_live(part);
+    asleep = asleep || is_asleep(part);
   }
   return asleep && !live;
 }
@@ -68,11 +68,10 @@ Workload World::Impl::workload() const {
   thread_local std::vector<Part> parts;  // of each body one that is live, or else one that sleeps, if there are any
   parts.resize(places.size());
   for (BodyId id = 0; id < places.size(); ++id) parts[id] = body_part(id);
-  for (int k = 0; k < static_cast<int>(debris.size()); ++k) {
-    Part& part = parts[soft[debris[k].soft].id];
-    const Part own = debris_part(k);
+  for (Part own = static_cast<Part>(places.size()); own < part_count(); ++own) {
+    Part& part = parts[soft[piece(own).soft].id];
     if (is_live(own) || (is_asleep(own) && !is_live(part))) part = own;
-    load.asleep_fragments += is_asleep(own);
+    load.asleep_fragments += is_fragment(own) && is_asleep(own);
   }
   for (const Part part : parts) {
     load.live_bodies += is_live(part);
@@ -135,7 +134,7 @@ void World::Impl::wake(Part part) { roused(sleepers.wake(part)); }
 void World::Impl::roused(std::span<const int> woken) {
   for (const Part part : woken) {
     stillness[part] = {};
-    if (!is_fragment(part) && places[part].model != BodyModel::fem) rigid.wake(static_cast<BodyId>(part));
+    if (!is_fragment(part) && !is_mesh(part)) rigid.wake(static_cast<BodyId>(part));
   }
 }
 
@@ -146,20 +145,20 @@ void World::Impl::feel_commands() {
     disturbed[part] |= felt;
   };
   for (SoftBody& body : soft) {
-    feel(body_part(body.id), body.strongest_push());
+    feel(part_of(body), body.strongest_push());
     if (!is_live(body)) body.forget_pushes();
   }
-  for (int k = 0; k < static_cast<int>(debris.size()); ++k) {
-    RigidFragment& piece = fragment(debris_part(k));
-    feel(debris_part(k), piece.pushed().norm() / piece.mass());
-    if (!is_live(debris_part(k))) piece.forget_pushes();
+  for (const Part part : debris) {
+    RigidFragment& pushed = fragment(part);
+    feel(part, pushed.pushed().norm() / pushed.mass());
+    if (!is_live(part)) pushed.forget_pushes();
   }
 }
 
 void World::Impl::feel_scripts() {
   for (SoftBody& body : soft) {
     const double speed = body.driven_speed();
-    const Part part = body_part(body.id);
+    const Part part = part_of(body);
     if (speed > kScriptRests) {
       disturbed[part] = 1;
       wake(part);
@@ -249,7 +248,7 @@ void World::Impl::keep_friction_of_sleepers(const contact::FrictionMemory& befor
 
 void World::Impl::note_contacts() {
   const auto disturb = [&](Part part, Part mover) { disturbed[part] |= disturbed[mover] && !is_live(mover); };
-  const auto is_fixed = [&](Part part) { return !is_fragment(part) && places[part].model == BodyModel::fixed; };
+  const auto is_fixed = [&](Part part) { return is_body(part) && places[part].model == BodyModel::fixed; };
   const auto touch = [&](Part a, Part b) {
     if (is_fixed(a) || is_fixed(b)) return;
     sleepers.touch(a, b);
@@ -280,7 +279,7 @@ void World::Impl::note_contacts() {
 bool World::Impl::rests(Part part) {
   const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time,
                                         is_fragment(part) ? kFragmentMean : 0};
-  if (is_fragment(part) || places[part].model == BodyModel::fem) {
+  if (is_fragment(part) || is_mesh(part)) {
     islands::observe(points(part), scene.dt, bounds, stillness[part]);
   } else {
     const Place place = places[part];
@@ -306,11 +305,12 @@ void World::Impl::lay_down(Part part, bool carried) {
   stillness[part] = {};
   if (is_fragment(part)) {
     fragment(part).stop();
-  } else if (const Place place = places[part]; place.model == BodyModel::fem) {
-    SoftBody& body = soft[place.index];
+  } else if (is_mesh(part)) {
+    SoftBody& body = mesh(part);
     body.stop();
     all_fixed.resize(std::max(all_fixed.size(), body.state.x.size()), 1);
   } else {
+    const Place place = places[part];
     const BodyId id = static_cast<BodyId>(part);
     rigid.sleep(id, carried);
     if (place.model == BodyModel::example_based) examples[place.index].follow(rigid.pose(id));
@@ -322,8 +322,7 @@ void World::Impl::lay_down(Part part, bool carried) {
 void World::Impl::settle(StepReport& report) {
   const auto is_held = [&](Part part) {
     if (is_fragment(part)) return fragment(part).is_held();
-    const Place place = places[part];
-    return place.model == BodyModel::fem ? soft[place.index].frozen : !rigid.is_moving(static_cast<BodyId>(part));
+    return is_mesh(part) ? mesh(part).frozen : !rigid.is_moving(static_cast<BodyId>(part));
   };
   for (Part part = 0; part < part_count(); ++part) {  // frozen in this step
     if (sleepers.activity(part) != Activity::kinematic && is_held(part)) sleepers.set_kinematic(part);

@@ -22,17 +22,19 @@ void World::Impl::prescribe_motion() {
 
 contact::CollisionBody World::Impl::collision_body(const SoftBody& body) const {
   return {.mesh = &body.collision, .x = body.state.x, .v = body.state.v, .fixed = body.fixed,
-          .friction = body.material().friction, .self = body.self_contact ? &*body.self_contact : nullptr};
+          .friction = body.material().friction, .origin = body.is_whole() ? -1 : static_cast<int>(body.id), .self = body.self_contact ? &*body.self_contact : nullptr};
 }
 
 void World::Impl::place_for_contact() {
   collision_bodies.clear();
   collision_ids.clear();
+  collision_parts.clear();
   planes.clear();
   for (const SoftBody& body : soft) {
     collision_bodies.push_back(collision_body(body));
     if (is_asleep(body)) collision_bodies.back().fixed = std::span(all_fixed).first(body.state.x.size());
     collision_ids.push_back(body.id);
+    collision_parts.push_back(part_of(body));
   }
   const auto motion = [&](BodyId id) {
     return contact::RigidMotion{rigid.com(id), rigid.velocity(id), rigid.angular_velocity(id), rigid.mass(id), rigid.is_moving(id) && !is_asleep(body_part(id))};
@@ -49,17 +51,20 @@ void World::Impl::place_for_contact() {
     }
     collision_bodies.push_back({.mesh = &body.collision, .x = body.x, .rigid = moving, .friction = body.model.friction});
     collision_ids.push_back(body.id);
+    collision_parts.push_back(body_part(body.id));
   }
   for (ExampleBody& body : examples) {
     body.follow(rigid.pose(body.id));
     collision_bodies.push_back({.mesh = &body.collision, .x = body.x, .rigid = motion(body.id), .friction = body.friction});
     collision_ids.push_back(body.id);
+    collision_parts.push_back(body_part(body.id));
   }
   first_debris = static_cast<int>(collision_bodies.size());
-  for (int k = 0; k < static_cast<int>(debris.size()); ++k) {
-    const Part part = debris_part(k);
+  soft_at_detection = static_cast<int>(soft.size());
+  for (const Part part : debris) {
     collision_bodies.push_back(fragment(part).collision_body(is_asleep(part)));
-    collision_ids.push_back(soft[debris[k].soft].id);
+    collision_ids.push_back(soft[piece(part).soft].id);
+    collision_parts.push_back(part);
   }
 }
 
@@ -67,6 +72,7 @@ void World::Impl::detect_contact(StepReport& report) {
   rows.clear();
   collision_bodies.clear();
   collision_ids.clear();
+  collision_parts.clear();
   if (soft.empty() || workload().live_bodies == 0) return;
   do {  // again where sleepers woke: what they touch in turn
     place_for_contact();
@@ -85,7 +91,7 @@ void World::Impl::assemble() {
   }
   // Many small bodies fill the threads one each; the passes inside a large one do so themselves.
   const auto job = [&](int k) {
-    switch (sleepers.activity(body_part(soft[k].id))) {
+    switch (sleepers.activity(soft_parts[k])) {
       case islands::Activity::live: soft[k].assemble(scene.gravity, scene.dt, pool); break;
       case islands::Activity::kinematic: soft[k].assemble_kinematic(pool); break;
       case islands::Activity::asleep: break;
@@ -190,13 +196,17 @@ void World::Impl::solve(StepReport& report) {
   for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
   keep_friction_of_sleepers(before);
   contact::sort(friction);
-  for (const Debris& own : debris) soft[own.soft].fragments[own.fragment].forget_pushes();
-  report.rough_bodies = static_cast<int>(std::ranges::count_if(soft, &SoftBody::was_rough));
+  for (const Part part : debris) fragment(part).forget_pushes();
+  const auto was_rough = [&](const Piece& piece) {
+    const SoftBody& mesh = soft[piece.soft];
+    return !piece.is_rigid() && is_live(mesh) && !mesh.is_empty() && mesh.was_rough();
+  };
+  for (const FemObject& object : objects) report.rough_bodies += std::ranges::any_of(object.pieces(), was_rough);
 }
 
 void World::Impl::follow_scripts() {
   for (SoftBody& body : soft) {
-    if (sleepers.activity(body_part(body.id)) == islands::Activity::kinematic) body.follow_script(scene.dt);
+    if (sleepers.activity(part_of(body)) == islands::Activity::kinematic) body.follow_script(scene.dt);
   }
 }
 
@@ -212,10 +222,13 @@ void World::Impl::take(const islands::CompositeIsland& island, const islands::Is
   for (std::size_t k = 0; k < island.soft.size(); ++k) {
     const int b = island.soft[k];
     if (capped && !was_capped[b]) {
-      Event& event = add_event(EventKind::solver, soft[b].id);
-      event.magnitude = solution.report.residual;
-      event.message = text("solve of ", scene.bodies[soft[b].id].name, " ended after ", solution.report.iterations,
-                           " iterations with relative residual ", solution.report.residual);
+      const std::string message = text("solve of ", scene.bodies[soft[b].id].name, " ended after ", solution.report.iterations,
+                                       " iterations with relative residual ", solution.report.residual);
+      if (!is_said(EventKind::solver, message)) {  // of another piece of it
+        Event& event = add_event(EventKind::solver, soft[b].id);
+        event.magnitude = solution.report.residual;
+        event.message = message;
+      }
     }
     was_capped[b] = capped;
     if (!soft[b].advance(solution.soft_velocity(static_cast<int>(k)), h)) {
@@ -251,39 +264,45 @@ void World::Impl::fracture(StepReport& report) {
   if (breakable.empty()) return;
   const auto break_one = [&](int k) { broken[breakable[k]] += soft[breakable[k]].fracture(scene.seed, step, pool); };
   pool.for_jobs(static_cast<int>(breakable.size()), std::cref(break_one));
+  std::vector<FractureOutcome> outcome;  // one an object, if anything breaks
   std::vector<int> broke;
   for (const int b : breakable) {
-    const FractureOutcome& outcome = broken[b];
-    if (outcome.splits == 0) continue;
-    broke.push_back(b);
-    report.splits += outcome.splits;
-    const BodyId id = soft[b].id;
+    if (broken[b].splits == 0) continue;
+    outcome.resize(objects.size());
+    const int object = places[soft[b].id].index;
+    if (outcome[object].splits == 0) broke.push_back(object);
+    outcome[object] += broken[b];
+    report.splits += broken[b].splits;
+  }
+  std::ranges::sort(broke);
+  for (const int k : broke) {
+    const BodyId id = objects[k].id();
     Event& event = add_event(EventKind::fracture, id);
-    event.point = outcome.point;
-    event.count = outcome.splits;
-    event.fragments = outcome.fragments;
-    event.message = text(scene.bodies[id].name, " breaks: ", outcome.splits, " splits, ", outcome.fragments, " pieces");
+    event.point = outcome[k].point;
+    event.count = outcome[k].splits;
+    event.fragments = objects[k].connected_pieces(soft);
+    event.message = text(scene.bodies[id].name, " breaks: ", event.count, " splits, ", event.fragments, " pieces");
   }
   hand_over();  // what was drawn before is drawn as it was
   if (broke.empty()) return;
   std::vector<BodyTopology> drawn(broke.size());
   pool.for_jobs(static_cast<int>(broke.size()), [&](int k) {
-    soft[broke[k]].draw();
-    drawn[k] = soft[broke[k]].topology();
+    objects[broke[k]].draw(soft);
+    drawn[k] = objects[broke[k]].topology(soft);
   });
   for (std::size_t k = 0; k < broke.size(); ++k) {
-    const int b = broke[k];
-    BodyTopology& known = topology.bodies[soft[b].id];
+    FemObject& object = objects[broke[k]];
+    BodyTopology& known = topology.bodies[object.id()];
     if (drawn[k].triangles != known.triangles || drawn[k].vertices.size() != known.vertices.size()) {  // not where nothing shows of it
       drawn[k].epoch = topology.epoch + 1;
       known = std::move(drawn[k]);
     }
-    std::vector<DustParticle> grains = soft[b].take_dust(scene.seed, step);
+    std::vector<DustParticle> grains = object.take_dust(soft, scene.seed, step);
     if (grains.empty()) continue;
-    Event& event = add_event(EventKind::dust, soft[b].id);
+    Event& event = add_event(EventKind::dust, object.id());
     event.count = static_cast<int>(grains.size());
     event.point = grains.front().position.cast<double>();
-    event.message = text(event.count, " grains of dust from ", scene.bodies[soft[b].id].name);
+    event.message = text(event.count, " grains of dust from ", scene.bodies[object.id()].name);
     event.particles = std::move(grains);
   }
   ++topology.epoch;

@@ -2,13 +2,14 @@
 
 namespace crumple::sim {
 
-// Where a node or a tet of a finite-element body is: in what is left of the body, or in a rigid fragment of it.
+// Where a node or a tet of the scene's mesh of a finite-element body is: in which of the body's pieces (fem_object.h), and which
+// one of that piece. Piece 0 is the mesh that the body started as, or what is left of it.
 struct NodeRef {
-  int fragment = -1;  // -1: still the body's
+  int piece = 0;
   int node = 0;
 };
 struct TetRef {
-  int fragment = -1;
+  int piece = 0;
   int tet = 0;
 };
 

@@ -38,9 +38,6 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
 
   SoftBody soft;
   soft.id = id;
-  soft.name_ = body.name;
-  soft.colour_ = body.colour;
-  soft.opacity_ = body.opacity;
   soft.pose_at_start_ = body.pose;
   soft.tets = mesh.tets;
   soft.X = mesh.X;
@@ -76,19 +73,10 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
     }
     soft.driven_.push_back(std::move(driven));
   }
-  if (model.splinters || soft.rest.dusty()) soft.faces_ = SharedFaces(mesh.tets);
-  auto skin = SoftSkin::make(model, soft.rest.breakable(), soft.faces_);
-  if (!skin) return std::unexpected(Error{skin.error().code, field + "." + skin.error().field, skin.error().message});
-  soft.skin_ = *std::move(skin);
   soft.stars_ = NodeStars(soft.tets, soft.node_count());
-  for (int n = 0; n < soft.node_count(); ++n) soft.scene_nodes_.push_back({-1, n});
-  for (int t = 0; t < mesh.tet_count(); ++t) soft.scene_tets_.push_back({-1, t});
-  soft.scene_tet_of_.resize(mesh.tets.size());
-  std::iota(soft.scene_tet_of_.begin(), soft.scene_tet_of_.end(), 0);
   soft.rigid_fragment_tets_ = soft.rest.breakable() ? model.rigid_fragments : 0;
   if (model.self_contact) soft.self_contact.emplace();
   soft.follow_tets();
-  soft.draw();
   return soft;
 }
 
@@ -99,18 +87,6 @@ void SoftBody::follow_mesh(contact::CollisionMesh mesh) {
   if (self_contact) self_contact = contact::make_self_contact(collision, X);
   impulse = Eigen::VectorXd::Zero(3 * node_count());
   v_before.clear();
-}
-
-void SoftBody::draw() {
-  const std::vector<int> parted = faces_.part([&](int scene_tet) {
-    const TetRef at = scene_tets_[scene_tet];
-    const Tet& nodes = shape().nodes(at);
-    std::array<std::uint64_t, 4> ids;
-    for (int k = 0; k < 4; ++k) ids[k] = (static_cast<std::uint64_t>(at.fragment + 1) << 32) | static_cast<std::uint32_t>(nodes[k]);
-    return ids;
-  });
-  skin_.rebuild(shape(), faces_, parted);
-  torn_.insert(torn_.end(), parted.begin(), parted.end());
 }
 
 void SoftBody::prepare(const Vec3& gravity, double dt, const ThreadPool& pool) {
@@ -298,56 +274,22 @@ void SoftBody::plastic_flow(double dt, double creep_dt, const ThreadPool& pool) 
   elements_at_state_ = elements_at_state_ || rest.yields();
 }
 
-void SoftBody::push(const Vec3& impulse_W, const Vec3& point_W, double radius) {
+void SoftBody::push(const Vec3& impulse_W, int node) {
   pushed_ = true;
-  std::vector<NodeRef> nodes;
-  std::vector<double> weights;
-  NodeRef nearest;
-  double least = std::numeric_limits<double>::infinity();
-  const auto weigh = [&](const NodeRef& at, const Vec3& x, double mass, bool held) {
-    const double distance = (x - point_W).norm();
-    if (distance < least) least = distance, nearest = at;
-    if (distance >= radius || held) return;
-    const double s = 1 - distance * distance / (radius * radius);
-    nodes.push_back(at);
-    weights.push_back(mass * s * s);
-  };
-  for (int n = 0; n < node_count(); ++n) weigh({-1, n}, state.x[n], rest.node_mass[n], fixed[n]);
-  for (int f = 0; f < static_cast<int>(fragments.size()); ++f) {
-    const RigidFragment& fragment = fragments[f];
-    for (int n = 0; n < fragment.node_count(); ++n)
-      weigh({f, n}, fragment.x()[n], fragment.piece().node_mass[n], fragment.is_held());
-  }
-  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
-  if (sum <= 0) return push_node(nearest, impulse_W);
-  for (std::size_t k = 0; k < nodes.size(); ++k) push_node(nodes[k], weights[k] / sum * impulse_W);
+  impulse.segment<3>(3 * node) += impulse_W;
 }
 
-void SoftBody::push_nodes(const Vec3& impulse_W, std::span<const int> nodes) {
-  pushed_ = true;
-  const auto mass_of = [&](const NodeRef& at) {
-    return at.fragment < 0 ? rest.node_mass[at.node] : fragments[at.fragment].piece().node_mass[at.node];
-  };
-  double sum = 0;
-  for (int n : nodes) sum += mass_of(scene_nodes_[n]);
-  for (int n : nodes) {
-    const double share = sum > 0 ? mass_of(scene_nodes_[n]) / sum : 1.0 / static_cast<double>(nodes.size());
-    push_node(scene_nodes_[n], share * impulse_W);
-  }
+double SoftBody::mass() const {
+  double mass = rest.mass();
+  for (const RigidFragment& fragment : fragments) mass += fragment.mass();
+  return mass;
 }
 
-Vec3 SoftBody::centre_of_mass() const {
+Vec3 SoftBody::mass_moment() const {
   Vec3 sum = Vec3::Zero();
-  double mass = 0;
-  for (int n = 0; n < node_count(); ++n) {
-    sum += rest.node_mass[n] * state.x[n];
-    mass += rest.node_mass[n];
-  }
-  for (const RigidFragment& fragment : fragments) {
-    sum += fragment.mass() * fragment.com();
-    mass += fragment.mass();
-  }
-  return sum / mass;
+  for (int n = 0; n < node_count(); ++n) sum += rest.node_mass[n] * state.x[n];
+  for (const RigidFragment& fragment : fragments) sum += fragment.mass() * fragment.com();
+  return sum;
 }
 
 Vec3 SoftBody::momentum() const {
@@ -384,27 +326,6 @@ std::vector<float> SoftBody::node_values() const {
     if (weight[n] > 0) values[n] = static_cast<float>(std::clamp(sum[n] / weight[n], 0.0, 1.0));
   }
   return values;
-}
-
-BodyTopology SoftBody::topology() const {
-  BodyTopology drawn{.id = id, .name = name_, .model = BodyModel::fem, .deformable = true};
-  drawn.colour = colour_;
-  drawn.opacity = opacity_;
-  drawn.triangles = skin_.triangles();
-  drawn.channels = {"stress"};
-  BodyFrame frame;
-  capture(false, frame);
-  drawn.vertices = std::move(frame.positions);
-  return drawn;
-}
-
-void SoftBody::capture(bool with_values, BodyFrame& frame) const {
-  frame.id = id;
-  frame.pose.p_WB = centre_of_mass();
-  frame.positions.clear();
-  frame.values.clear();
-  const std::vector<float> values = with_values ? node_values() : std::vector<float>{};
-  skin_.capture(shape(), with_values ? &values : nullptr, frame);
 }
 
 void SoftBody::hash(StateHash& hash) const {

@@ -1,11 +1,8 @@
 #pragma once
 
 #include "common/error.h"
-#include "common/frame.h"
-#include "server/sim/bodies/dust.h"
 #include "server/sim/bodies/piece_ref.h"
 #include "server/sim/bodies/rigid_fragment.h"
-#include "server/sim/bodies/soft_skin.h"
 #include "server/sim/contact/self_contact.h"
 #include "server/sim/fem/bdf2.h"
 #include "server/sim/fem/elements.h"
@@ -26,13 +23,11 @@ namespace crumple::sim {
 
 struct FractureOutcome {
   int splits = 0;
-  int fragments = 1;            // face-connected components afterwards, rigid ones included
   Vec3 point = Vec3::Zero();    // of the first split, in W [m]
 
   void operator+=(const FractureOutcome& later) {
     if (splits == 0) point = later.point;
     splits += later.splits;
-    fragments = later.fragments;
   }
 };
 
@@ -44,14 +39,15 @@ struct SoftBodyOptions {
   bool watched = true;  // energy() and prescribed_work() will be asked for
 };
 
-// One finite-element body of a world: rest data, state, and what the stages of a step do to it. Small pieces leave it as
-// rigid fragments; arrays of nodes and tets are those of what is left, which may be nothing.
+// A finite-element mesh of a world: rest data, state, and what the stages of a step do to it. Pieces leave it as it breaks, large
+// ones as meshes like it, small ones as rigid fragments; arrays of nodes and tets are those of what is left, which may be nothing.
 class SoftBody {
  public:
   static Result<SoftBody> make(BodyId id, const BodyDescription& body, const FemModel& model,
                                const SoftBodyOptions& options, const std::string& field);
 
-  BodyId id;
+  BodyId id;                                    // of the scene's body
+  int piece = 0;                                // which one of that body's pieces (fem_object.h)
   std::vector<Tet> tets;
   std::vector<Vec3> X;                          // rest positions in the body's axes; grows with splits
   fem::RestBody rest;
@@ -72,10 +68,8 @@ class SoftBody {
   const fem::FemMaterial& material() const { return rest.material; }
   int node_count() const { return static_cast<int>(X.size()); }
   bool is_empty() const { return tets.empty(); }
-  int scene_node_count() const { return static_cast<int>(scene_nodes_.size()); }  // of the scene's mesh, which commands name
-  bool is_whole() const { return X.size() == scene_nodes_.size() && fragments.empty(); }  // has never split
-  int pieces() const { return static_cast<int>(collision.components.size()); }  // face-connected, without rigid fragments
-  int all_pieces() const { return pieces() + static_cast<int>(fragments.size()); }
+  bool is_whole() const { return whole_; }  // has never split
+  int components() const { return static_cast<int>(collision.components.size()); }  // face-connected, without rigid fragments
 
   // Assembles the body as it is made, so that what a matrix needs once is there before the first step.
   void prepare(const Vec3& gravity, double dt, const ThreadPool& pool);
@@ -129,33 +123,32 @@ class SoftBody {
   FractureOutcome fracture_ahead(Eigen::VectorXd& v_ahead, double dt, double creep_dt,
                                  std::uint64_t seed, std::uint64_t step, int round, const ThreadPool& pool);
 
-  // Where nodes and tets of before went when pieces left.
+  // Where nodes and tets of before went when pieces left: with `piece` -1 they stayed, under a new id; else it is which one
+  // of those that left, first the fragments, then the meshes.
   struct HandOver {
-    int count = 0;              // of new fragments, at the end of `fragments`
-    std::vector<NodeRef> node;  // one a node of before: its new id, or that in a fragment
-    std::vector<int> tet;       // one a tet of before: its new id; -1: it left
-  };
-  // At the end of a step, elements up to date: pieces of at most as many tets as the scene says go on as rigid fragments,
-  // unless they hang on a prescribed node or are still strained by 10 %.
-  HandOver hand_over(const ThreadPool& pool);
-  // After splits, however many: the surface that is drawn, and the dust that leaves what is new of it.
-  void draw();
-  std::vector<DustParticle> take_dust(std::uint64_t seed, std::uint64_t step);
+    int fragments = 0;            // new ones, at the end of `fragments`
+    std::vector<SoftBody> meshes;
+    std::vector<NodeRef> node;
+    std::vector<TetRef> tet;
 
-  // Spreads an impulse [N s] over the nodes within radius of a point by a smooth kernel times their mass; on the nearest
-  // node if there is none.
-  void push(const Vec3& impulse_W, const Vec3& point_W, double radius);
-  void push_nodes(const Vec3& impulse_W, std::span<const int> nodes);  // shared by mass; ids of the scene's mesh
+    int count() const { return fragments + static_cast<int>(meshes.size()); }
+  };
+  // At the end of a step, elements up to date. Pieces of at most as many tets as the scene says go on as rigid fragments,
+  // unless they hang on a prescribed node or are still strained by 10 %; larger ones, but for the largest, as meshes, and small
+  // ones that may not leave as rigid ones together as one: the islands of Parker & O'Brien 2009, section 4, dissolve when they
+  // break. What has a node in common stays together.
+  HandOver hand_over(const ThreadPool& pool);
+
+  void push(const Vec3& impulse_W, int node);   // to be taken in by the next step [N s]
 
   // Fragments included.
   double mass() const;                          // [kg]
-  Vec3 centre_of_mass() const;
+  Vec3 mass_moment() const;                     // sum of m x [kg m]
+  Vec3 centre_of_mass() const { return mass_moment() / mass(); }
   Vec3 momentum() const;
-  std::vector<Vec3> all_positions() const;      // of nodes, then of fragments' nodes [m]
 
-  BodyTopology topology() const;
-  void capture(bool with_values, BodyFrame& frame) const;
   std::vector<double> von_mises() const;        // one a tet [Pa]
+  std::vector<float> node_values() const;       // stress as it is drawn, in [0, 1]
   void hash(StateHash& hash) const;
 
  private:
@@ -166,11 +159,16 @@ class SoftBody {
   };
   void follow_tets();                  // what the solve and contact need of the tets
   void follow_mesh(contact::CollisionMesh mesh);
-  SoftShape shape() const { return {tets, state.x, collision, fragments, scene_tets_}; }
   bool is_near_rest(int t) const;
-  std::vector<char> leaving(const fracture::Fragments& pieces);
+  struct Leaving {
+    std::vector<int> as;         // by component: which one of those that leave, -1: it stays
+    int fragments = 0, meshes = 0;
+  };
+  Leaving leaving(const fracture::Fragments& components);
+  RigidFragment::Piece rigid_part(std::span<const int> part_tets, std::span<const int> part_nodes, const HandOver& moved) const;
+  SoftBody mesh_part(std::span<const int> part_tets, std::span<const int> part_nodes) const;
   void keep_part(std::span<const int> kept_tets, std::span<const int> kept_nodes, const HandOver& moved);
-  void push_node(const NodeRef& at, const Vec3& impulse_W);
+  void follow_parting(const HandOver& moved, int piece, const contact::CollisionMesh& of_before);
   void choose_formula(double dt, const ThreadPool& pool);
   void assemble_backward_euler(const Vec3& gravity, double h, const ThreadPool& pool);
   const Eigen::VectorXd& external_force(const Vec3& gravity);  // 3n, gravity and commands [N]; until the next call
@@ -183,12 +181,7 @@ class SoftBody {
   };
   Parted split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool, FractureOutcome& outcome);
   std::vector<int> follow_topology();  // fem's; elements are of before
-  std::uint64_t own_seed(std::uint64_t seed) const;
-  std::vector<float> node_values() const;
 
-  std::string name_;
-  std::array<float, 3> colour_;
-  float opacity_ = 1;
   Pose pose_at_start_;
   std::vector<DrivenNodes> driven_;
   std::vector<fem::PrescribedNode> prescribed_, prescribed_before_;
@@ -208,14 +201,9 @@ class SoftBody {
   std::vector<Vec3> x_before_;                  // scratch: positions before the step
   std::vector<Vec3> x_kept_, v_kept_;           // scratch of fracture_ahead: the state that it looks ahead from
   std::vector<Mat3> plastic_strain_kept_;
-  std::vector<NodeRef> scene_nodes_;            // where each node of the scene's mesh is
-  std::vector<TetRef> scene_tets_;              // likewise, each tet
-  std::vector<int> scene_tet_of_;               // one a tet: its id in the scene's mesh
-  SharedFaces faces_;                           // of the scene's mesh; none unless the skin or dust asks for them
-  std::vector<int> torn_;                       // that have come apart since take_dust
-  SoftSkin skin_;
-  int rigid_fragment_tets_ = 0;                 // largest piece that leaves
-  bool small_pieces_ = false;                   // some piece may leave, now or when it has calmed down
+  bool whole_ = true;
+  int rigid_fragment_tets_ = 0;                 // largest piece that leaves as a rigid one
+  bool may_part_ = false;                       // some piece may leave, now or when it has calmed down
   bool whole_ahead_ = false;                    // fracture_ahead found nothing at the end of this step
   NodeStars stars_;
   fracture::FractureScratch fracture_scratch_;

@@ -1,6 +1,5 @@
 #include "server/sim/bodies/soft_body.h"
 
-#include "server/sim/mesh/tet_faces.h"
 #include "server/sim/scatter.h"
 
 #include <algorithm>
@@ -18,15 +17,12 @@ bool SoftBody::may_break(std::uint64_t step) const {
   return !frozen && !is_empty() && rest.breakable() && step % material().fracture_interval == 0;
 }
 
-// Bodies break in different orders.
-std::uint64_t SoftBody::own_seed(std::uint64_t seed) const { return seed ^ (0x9e3779b97f4a7c15ULL * (id + 1)); }
-
 // Parker & O'Brien 2009, section 5, at state.x, where the elements are up to date.
 SoftBody::Parted SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool,
                                        FractureOutcome& outcome) {
   const fracture::SplitReport report =
-      fracture::fracture_step(rest, system.elements, own_seed(seed), step, pool, tets, state, stars_, fracture_scratch_);
-  outcome = {.fragments = all_pieces()};
+      fracture::fracture_step(rest, system.elements, piece_seed(seed, id, piece), step, pool, tets, state, stars_, fracture_scratch_);
+  outcome = {};
   if (report.splits.empty()) return {};
 
   restart();
@@ -55,36 +51,14 @@ SoftBody::Parted SoftBody::split_nodes(std::uint64_t seed, std::uint64_t step, c
   std::vector<int> element_before = follow_topology();
   if (rest.grouped()) state.plastic_strain = fem::inherited(state.plastic_strain, element_before);
   follow_tets();
-  small_pieces_ = rigid_fragment_tets_ > 0;
-
-  outcome = {.splits = static_cast<int>(report.splits.size()), .fragments = all_pieces()};
-  outcome.point = report.splits.front().point;
+  whole_ = false;
+  may_part_ = true;
+  outcome = {.splits = static_cast<int>(report.splits.size()), .point = report.splits.front().point};
   return {report.origin, std::move(element_before)};
 }
 
-// Both sides of what is torn.
-std::vector<DustParticle> SoftBody::take_dust(std::uint64_t seed, std::uint64_t step) {
-  std::vector<TornFace> sides;
-  for (const int f : torn_) {
-    for (int side = 0; side < 2; ++side) {
-      const TetRef at = scene_tets_[faces_[f].tet[side]];
-      TornFace face;
-      for (int k = 0; k < 3; ++k) {
-        const NodeRef node{at.fragment, shape().nodes(at)[kTetFaces[faces_[f].opposite[side]][k]]};
-        face.x[k] = shape().position(node);
-        face.v[k] = at.fragment < 0 ? state.v[node.node] : fragments[at.fragment].node_velocity(node.node);
-      }
-      const auto material_id = at.fragment < 0 ? std::span<const std::uint16_t>(rest.material_id) : fragments[at.fragment].piece().material_id;
-      face.density = rest.material_at(material_id.empty() ? 0 : material_id[at.tet]).dust;
-      sides.push_back(face);
-    }
-  }
-  torn_.clear();
-  return dust(sides, scatter(own_seed(seed)) ^ step);
-}
-
 FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const ThreadPool& pool) {
-  FractureOutcome outcome{.fragments = all_pieces()};
+  FractureOutcome outcome;
   const bool whole = std::exchange(whole_ahead_, false);
   if (!may_break(step) || whole) return outcome;
   // Where something yields the flow has left the elements at these positions already.
@@ -96,7 +70,7 @@ FractureOutcome SoftBody::fracture(std::uint64_t seed, std::uint64_t step, const
 
 FractureOutcome SoftBody::fracture_ahead(Eigen::VectorXd& v_ahead, double dt, double creep_dt,
                                          std::uint64_t seed, std::uint64_t step, int round, const ThreadPool& pool) {
-  FractureOutcome outcome{.fragments = all_pieces()};
+  FractureOutcome outcome;
   if (!may_break(step) || !v_ahead.allFinite()) return outcome;
   x_kept_ = state.x;
   v_kept_ = state.v;

@@ -1,29 +1,47 @@
 #include "server/sim/bodies/soft_body.h"
 
-#include "server/sim/fracture/fragments.h"
+#include "server/sim/fem/float_matrix.h"
+#include "server/sim/mesh/disjoint_sets.h"
 #include "server/sim/mesh/keep.h"
 
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <numeric>
 
-// How small pieces of a broken body leave it, to go on as rigid ones.
+// How pieces of a broken mesh leave it: small ones to go on as rigid fragments, large ones as meshes of their own.
 namespace crumple::sim {
 namespace {
 
-// A piece leaves with the shape that it has: not while its tets are strained by more, or squeezed to less.
+// A piece leaves as a rigid one with the shape that it has: not while its tets are strained by more, or squeezed to less.
 constexpr double kLargestStrain = 0.1;   // |elastic stress| / 2 mu [-]
 constexpr double kSmallestVolume = 0.2;  // of the rest volume
+// Small pieces that may not leave so are not worth a system each: those of a step go into one mesh, apart from what is large.
+constexpr int kSmallPiece = 9;           // [tets]; or that of a rigid fragment, if that is larger
 
 // As find_fragments, without looking for them again.
-fracture::Fragments pieces_of(const contact::CollisionMesh& mesh) {
-  fracture::Fragments pieces;
-  pieces.of_tet.resize(mesh.tets.size());
+fracture::Fragments components_of(const contact::CollisionMesh& mesh) {
+  fracture::Fragments components;
+  components.of_tet.resize(mesh.tets.size());
   for (const contact::CollisionComponent& component : mesh.components) {
-    for (int k = component.begin; k < component.end; ++k) pieces.of_tet[mesh.tets[k].id] = pieces.count();
-    pieces.size.push_back(component.end - component.begin);
+    for (int k = component.begin; k < component.end; ++k) components.of_tet[mesh.tets[k].id] = components.count();
+    components.size.push_back(component.end - component.begin);
   }
-  return pieces;
+  return components;
+}
+
+// Components that have a node in common, made so or linked by an edge, are one piece. By component: the lowest one of its piece.
+std::vector<int> linked_components(const contact::CollisionMesh& mesh, int node_count) {
+  std::vector<int> root(mesh.components.size()), owner(node_count, -1);
+  std::iota(root.begin(), root.end(), 0);
+  for (int c = 0; c < static_cast<int>(root.size()); ++c) {
+    for (const int n : mesh.nodes_of(mesh.components[c])) {
+      if (owner[n] >= 0) unite(root, owner[n], c);
+      owner[n] = c;
+    }
+  }
+  for (int c = 0; c < static_cast<int>(root.size()); ++c) root[c] = find_root(root, c);
+  return root;
 }
 
 }  // namespace
@@ -34,92 +52,136 @@ bool SoftBody::is_near_rest(int t) const {
          fem::element_stress(rest, system.elements, t).norm() <= kLargestStrain * 2 * rest.lame_of(t).mu;
 }
 
-// By piece: whether it may leave now. Sets small_pieces_.
-std::vector<char> SoftBody::leaving(const fracture::Fragments& pieces) {
-  std::vector<char> leaves(pieces.count(), 0);
-  small_pieces_ = false;
-  for (int p = 0; p < pieces.count(); ++p) leaves[p] = pieces.size[p] <= rigid_fragment_tets_;
-  std::vector<int> owner(node_count(), -1);
-  std::vector<char> strained(pieces.count(), 0);
+// Sets may_part_.
+SoftBody::Leaving SoftBody::leaving(const fracture::Fragments& components) {
+  may_part_ = false;
+  const std::vector<int> piece_of = linked_components(collision, node_count());
+  const int count = components.count();
+  std::vector<int> size(count, 0), parts(count, 0);
+  for (int c = 0; c < count; ++c) size[piece_of[c]] += components.size[c], ++parts[piece_of[c]];
+  std::vector<char> is_rigid(count), strained(count, 0);
+  for (int c = 0; c < count; ++c) is_rigid[c] = parts[piece_of[c]] == 1 && size[c] <= rigid_fragment_tets_;
   for (std::size_t t = 0; t < tets.size(); ++t) {
-    const int p = pieces.of_tet[t];
-    for (const int n : tets[t]) {
-      // Pieces that were made with a common node stay with each other.
-      if (owner[n] >= 0 && owner[n] != p) leaves[owner[n]] = leaves[p] = 0;
-      if (fixed[n]) leaves[p] = 0;
-      owner[n] = p;
+    const int c = components.of_tet[t];
+    if (!is_rigid[c]) continue;
+    for (const int n : tets[t])
+      if (fixed[n]) is_rigid[c] = 0;
+    if (is_rigid[c] && !strained[c] && !is_near_rest(static_cast<int>(t))) strained[c] = 1;
+  }
+  const int small = std::max(kSmallPiece, rigid_fragment_tets_);
+  const int stays = static_cast<int>(std::ranges::max_element(size) - size.begin());
+  Leaving result{.as = std::vector<int>(count, -1)};
+  for (int c = 0; c < count; ++c)
+    if (is_rigid[c] && !strained[c]) result.as[c] = result.fragments++;
+  int of_small = -1;
+  for (int c = 0; c < count; ++c) {
+    const int piece = piece_of[c];
+    if (result.as[c] >= 0 || piece == stays) continue;
+    if (size[piece] > small) {
+      result.as[c] = c == piece ? result.fragments + result.meshes++ : result.as[piece];
+    } else if (size[stays] > small) {
+      if (of_small < 0) of_small = result.fragments + result.meshes++;
+      result.as[c] = of_small;
     }
-    if (leaves[p] && !strained[p] && !is_near_rest(static_cast<int>(t))) strained[p] = 1;
   }
-  for (int p = 0; p < pieces.count(); ++p) {
-    small_pieces_ = small_pieces_ || (leaves[p] && strained[p]);
-    leaves[p] = leaves[p] && !strained[p];
-  }
-  return leaves;
+  for (int c = 0; c < count; ++c) may_part_ = may_part_ || (is_rigid[c] && strained[c] && result.as[c] < 0);
+  return result;
 }
 
 SoftBody::HandOver SoftBody::hand_over(const ThreadPool& pool) {
   HandOver moved;
-  if (!small_pieces_ || frozen) return moved;
-  const fracture::Fragments pieces = pieces_of(collision);
+  if (!may_part_ || frozen || is_empty()) return moved;
+  const fracture::Fragments components = components_of(collision);
   if (!system.elements.is_of(rest)) fem::update_elements(rest, tets, state.x, state.plastic_strain, pool, system.elements);
-  const std::vector<char> leaves = leaving(pieces);
-  moved.count = static_cast<int>(std::ranges::count(leaves, 1));
-  if (moved.count == 0) return moved;
+  const auto [as, fragment_count, mesh_count] = leaving(components);
+  const int count = fragment_count + mesh_count;
+  if (count == 0) return moved;
 
-  const int before = static_cast<int>(fragments.size());
-  std::vector<int> fragment_of(pieces.count(), -1);
-  std::vector<RigidFragment::Piece> made(moved.count);
-  for (int p = 0, k = 0; p < pieces.count(); ++p)
-    if (leaves[p]) fragment_of[p] = k++;
-
-  moved.tet.assign(tets.size(), -1);
-  moved.node.assign(node_count(), {});
-  std::vector<int> kept_tets, kept_nodes;
+  // The last of these: what stays.
+  std::vector<std::vector<int>> tets_of(count + 1), nodes_of(count + 1);
+  moved.tet.resize(tets.size());
+  moved.node.assign(node_count(), {-1, 0});
+  const auto list_of = [&](int left_as) { return left_as < 0 ? count : left_as; };
   for (int t = 0; t < static_cast<int>(tets.size()); ++t) {
-    const int k = fragment_of[pieces.of_tet[t]];
-    if (k < 0) {
-      moved.tet[t] = static_cast<int>(kept_tets.size());
-      kept_tets.push_back(t);
-      continue;
-    }
-    RigidFragment::Piece& piece = made[k];
-    scene_tets_[scene_tet_of_[t]] = {before + k, static_cast<int>(piece.tets.size())};
-    piece.tets.push_back(tets[t]);  // node ids follow below
-    piece.tet_mass.push_back(tet_mass_[t]);
-    piece.plastic_strain.push_back(fem::element_plastic_strain(rest, state.plastic_strain, t));
-    if (rest.heterogeneous()) piece.material_id.push_back(rest.material_id[t]);
-    for (const int n : tets[t]) moved.node[n].fragment = before + k;
+    const int to = as[components.of_tet[t]];
+    std::vector<int>& list = tets_of[list_of(to)];
+    moved.tet[t] = {to, static_cast<int>(list.size())};
+    list.push_back(t);
+    for (const int n : tets[t]) moved.node[n].piece = to;
   }
   for (int n = 0; n < node_count(); ++n) {
-    NodeRef& to = moved.node[n];
-    if (to.fragment < 0) {
-      to.node = static_cast<int>(kept_nodes.size());
-      kept_nodes.push_back(n);
-      continue;
-    }
-    RigidFragment::Piece& piece = made[to.fragment - before];
-    to.node = static_cast<int>(piece.X.size());
-    piece.X.push_back(X[n]);
-    piece.x.push_back(state.x[n]);
-    piece.v.push_back(state.v[n]);
-    piece.node_mass.push_back(rest.node_mass[n]);
+    std::vector<int>& list = nodes_of[list_of(moved.node[n].piece)];
+    moved.node[n].node = static_cast<int>(list.size());
+    list.push_back(n);
   }
-  for (RigidFragment::Piece& piece : made) {
-    for (Tet& tet : piece.tets)
-      for (int& n : tet) n = moved.node[n].node;
-    piece.friction = material().friction;
-    fragments.emplace_back(std::move(piece));
-  }
-  keep_part(kept_tets, kept_nodes, moved);
+  moved.fragments = fragment_count;
+  for (int k = 0; k < fragment_count; ++k) fragments.emplace_back(rigid_part(tets_of[k], nodes_of[k], moved));
+  moved.meshes.resize(mesh_count);
+  pool.for_jobs(mesh_count, [&](int k) {
+    SoftBody& mesh = moved.meshes[k];
+    mesh = mesh_part(tets_of[fragment_count + k], nodes_of[fragment_count + k]);
+    mesh.follow_parting(moved, fragment_count + k, collision);
+    mesh.system = fem::StepSystem(options_.float_solver ? *options_.float_solver : fem::takes_float(mesh.rest, options_.dt));
+    fem::update_elements(mesh.rest, mesh.tets, mesh.state.x, mesh.state.plastic_strain, pool, mesh.system.elements);
+  });
+  keep_part(tets_of[count], nodes_of[count], moved);
   return moved;
+}
+
+RigidFragment::Piece SoftBody::rigid_part(std::span<const int> part_tets, std::span<const int> part_nodes,
+                                          const HandOver& moved) const {
+  RigidFragment::Piece part;
+  for (const int t : part_tets) {
+    Tet tet = tets[t];
+    for (int& n : tet) n = moved.node[n].node;
+    part.tets.push_back(tet);
+    part.plastic_strain.push_back(fem::element_plastic_strain(rest, state.plastic_strain, t));
+  }
+  part.tet_mass = taken(tet_mass_, part_tets);
+  part.material_id = taken(rest.material_id, part_tets);
+  part.X = taken(X, part_nodes);
+  part.x = taken(state.x, part_nodes);
+  part.v = taken(state.v, part_nodes);
+  part.node_mass = taken(rest.node_mass, part_nodes);
+  part.friction = material().friction;
+  return part;
+}
+
+// As this one is, under old ids of nodes; nothing is known of its matrices and levels.
+SoftBody SoftBody::mesh_part(std::span<const int> part_tets, std::span<const int> part_nodes) const {
+  SoftBody part;
+  part.id = id;
+  part.tets = taken(tets, part_tets);
+  part.tet_mass_ = taken(tet_mass_, part_tets);
+  part.rest = fem::part_of(rest, part_tets);
+  part.state.plastic_strain = rest.grouped() ? state.plastic_strain : taken(state.plastic_strain, part_tets);
+  part.X = taken(X, part_nodes);
+  part.state.x = taken(state.x, part_nodes);
+  part.state.v = taken(state.v, part_nodes);
+  part.state.x_before = taken(state.x_before, part_nodes);
+  part.state.v_before = taken(state.v_before, part_nodes);
+  part.state.rough_steps = state.rough_steps;
+  part.fixed = taken(fixed, part_nodes);
+  part.driven_ = driven_;
+  part.prescribed_ = prescribed_;
+  part.prescribed_before_ = prescribed_before_;
+  if (self_contact) part.self_contact.emplace();
+  part.mean_tet_volume = mean_tet_volume;
+  part.options_ = options_;
+  part.pose_at_start_ = pose_at_start_;
+  part.material_rotation_ = material_rotation_;
+  part.value_scale_ = value_scale_;
+  part.rigid_fragment_tets_ = rigid_fragment_tets_;
+  part.whole_ = false;
+  part.may_part_ = true;  // small ones, when they have calmed down
+  part.was_rough_ = was_rough_;
+  part.changed_while_prescribed_ = changed_while_prescribed_;
+  return part;
 }
 
 // What stays, under its new ids.
 void SoftBody::keep_part(std::span<const int> kept_tets, std::span<const int> kept_nodes, const HandOver& moved) {
-  const auto follow = [&](int& node) { node = moved.node[node].node; };
   keep(tets, kept_tets);
-  for (Tet& tet : tets) std::ranges::for_each(tet, follow);
   keep(tet_mass_, kept_tets);
   fem::keep_tets(rest, kept_tets);
   fem::Elements& elements = system.elements;
@@ -127,48 +189,38 @@ void SoftBody::keep_part(std::span<const int> kept_tets, std::span<const int> ke
   keep(elements.sigma, kept_tets);
   keep(elements.force, kept_tets);
   keep(elements.core, kept_tets);
-
   for (std::vector<Vec3>* values : {&X, &state.x, &state.v, &state.x_before, &state.v_before}) keep(*values, kept_nodes);
   keep(fixed, kept_nodes);
-  for (DrivenNodes& driven : driven_) std::ranges::for_each(driven.motion.nodes, follow);
-  for (auto* prescribed : {&prescribed_, &prescribed_before_})
-    for (fem::PrescribedNode& p : *prescribed) follow(p.node);
-  for (NodeRef& ref : scene_nodes_)
-    if (ref.fragment < 0) ref = moved.node[ref.node];
-  keep(scene_tet_of_, kept_tets);
-  for (std::size_t t = 0; t < scene_tet_of_.size(); ++t) scene_tets_[scene_tet_of_[t]].tet = static_cast<int>(t);
-  skin_.follow(moved.node);
-  if (rest.grouped()) {
-    state.plastic_strain = fem::inherited(state.plastic_strain, follow_topology());
-  } else {
-    keep(state.plastic_strain, kept_tets);
-    follow_topology();
-  }
-  stars_ = NodeStars(tets, node_count());
+  if (!rest.grouped()) keep(state.plastic_strain, kept_tets);
   command_force_.resize(0);
-  std::vector<int> new_node;
-  for (const NodeRef& to : moved.node) new_node.push_back(to.node);
-  follow_mesh(contact::kept_components(collision, moved.tet, new_node));
+  follow_parting(moved, -1, collision);
 }
 
-double SoftBody::mass() const {
-  double mass = rest.mass();
-  for (const RigidFragment& fragment : fragments) mass += fragment.mass();
-  return mass;
-}
-
-void SoftBody::push_node(const NodeRef& at, const Vec3& impulse_W) {
-  if (at.fragment >= 0) {
-    fragments[at.fragment].push(impulse_W, at.node);
-  } else {
-    impulse.segment<3>(3 * at.node) += impulse_W;
+// Tets and nodes are those of one piece already, tets with node ids of before.
+void SoftBody::follow_parting(const HandOver& moved, int piece, const contact::CollisionMesh& of_before) {
+  for (Tet& tet : tets)
+    for (int& n : tet) n = moved.node[n].node;
+  for (DrivenNodes& driven : driven_) {
+    DrivenNodes own{{{}, driven.motion.keys}, {}};
+    for (std::size_t k = 0; k < driven.at_start.size(); ++k) {
+      const NodeRef to = moved.node[driven.motion.nodes[k]];
+      if (to.piece != piece) continue;
+      own.motion.nodes.push_back(to.node);
+      own.at_start.push_back(driven.at_start[k]);
+    }
+    driven = std::move(own);
   }
-}
-
-std::vector<Vec3> SoftBody::all_positions() const {
-  std::vector<Vec3> x = state.x;
-  for (const RigidFragment& fragment : fragments) x.insert(x.end(), fragment.x().begin(), fragment.x().end());
-  return x;
+  for (auto* prescribed : {&prescribed_, &prescribed_before_}) {
+    std::erase_if(*prescribed, [&](const fem::PrescribedNode& p) { return moved.node[p.node].piece != piece; });
+    for (fem::PrescribedNode& p : *prescribed) p.node = moved.node[p.node].node;
+  }
+  const std::vector<int> element_before = follow_topology();
+  if (rest.grouped()) state.plastic_strain = fem::inherited(state.plastic_strain, element_before);
+  stars_ = NodeStars(tets, node_count());
+  std::vector<int> new_tet, new_node;
+  for (const TetRef& to : moved.tet) new_tet.push_back(to.piece == piece ? to.tet : -1);
+  for (const NodeRef& to : moved.node) new_node.push_back(to.node);
+  follow_mesh(contact::kept_components(of_before, new_tet, new_node));
 }
 
 }  // namespace crumple::sim

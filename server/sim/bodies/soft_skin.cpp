@@ -60,47 +60,45 @@ void SoftSkin::draw_splinters() {
 void SoftSkin::draw_tets(const SoftShape& shape) {
   nodes_.clear();
   triangles_.clear();
-  const auto draw = [&](int fragment, const contact::CollisionMesh& mesh, std::size_t node_count) {
-    std::vector<int> drawn(node_count, -1);
+  std::vector<int> drawn;
+  for (int piece = 0; piece < static_cast<int>(shape.pieces.size()); ++piece) {
+    drawn.assign(shape.x(piece).size(), -1);
     const std::size_t first = triangles_.size();
-    contact::append_surface(mesh, triangles_);
+    contact::append_surface(shape.collision(piece), triangles_);
     for (const Triangle& triangle : std::span(triangles_).subspan(first))
       for (int n : triangle) drawn[n] = 0;
-    for (std::size_t n = 0; n < node_count; ++n) {
+    for (std::size_t n = 0; n < drawn.size(); ++n) {
       if (drawn[n] < 0) continue;
       drawn[n] = static_cast<int>(nodes_.size());
-      nodes_.push_back({fragment, static_cast<int>(n)});
+      nodes_.push_back({piece, static_cast<int>(n)});
     }
     for (Triangle& triangle : std::span(triangles_).subspan(first)) {
       for (int& n : triangle) n = drawn[n];
     }
-  };
-  draw(-1, shape.mesh, shape.x.size());
-  for (std::size_t f = 0; f < shape.fragments.size(); ++f)
-    draw(static_cast<int>(f), shape.fragments[f].mesh(), shape.fragments[f].x().size());
+  }
 }
 
-void SoftSkin::follow(std::span<const NodeRef> moved) {
-  for (NodeRef& ref : nodes_)
-    if (ref.fragment < 0) ref = moved[ref.node];
+void SoftSkin::follow(const std::function<NodeRef(NodeRef)>& moved) {
+  for (NodeRef& at : nodes_) at = moved(at);
 }
 
-void SoftSkin::capture(const SoftShape& shape, const std::vector<float>* node_values, BodyFrame& frame) const {
-  for (const NodeRef& ref : nodes_) {
-    frame.positions.push_back(shape.position(ref).cast<float>());
-    if (node_values) frame.values.push_back(ref.fragment < 0 ? (*node_values)[ref.node] : 0.0f);
+void SoftSkin::capture(const SoftShape& shape, std::span<const std::vector<float>> node_values, BodyFrame& frame) const {
+  const auto value = [&](NodeRef at) { return node_values[at.piece].empty() ? 0.0f : node_values[at.piece][at.node]; };
+  for (const NodeRef& at : nodes_) {
+    frame.positions.push_back(shape.position(at).cast<float>());
+    if (!node_values.empty()) frame.values.push_back(value(at));
   }
   for (std::size_t v = 0; v < embedding_.tet.size(); ++v) {
-    const TetRef ref = shape.scene_tets[embedding_.tet[v]];
-    const Tet& tet = shape.nodes(ref);
+    const TetRef at = shape.scene_tets[embedding_.tet[v]];
+    const Tet& tet = shape.nodes(at);
     const Eigen::Vector4d& w = embedding_.weights[v];
     Mat34 corners;
-    for (int k = 0; k < 4; ++k) corners.col(k) = shape.position({ref.fragment, tet[k]});
+    for (int k = 0; k < 4; ++k) corners.col(k) = shape.position({at.piece, tet[k]});
     frame.positions.push_back((corners * w).cast<float>());
-    if (!node_values) continue;
-    float value = 0;
-    for (int k = 0; k < 4 && ref.fragment < 0; ++k) value += static_cast<float>(w[k]) * (*node_values)[tet[k]];
-    frame.values.push_back(std::clamp(value, 0.0f, 1.0f));
+    if (node_values.empty()) continue;
+    float sum = 0;
+    for (int k = 0; k < 4; ++k) sum += static_cast<float>(w[k]) * value({at.piece, tet[k]});
+    frame.values.push_back(std::clamp(sum, 0.0f, 1.0f));
   }
 }
 

@@ -247,7 +247,7 @@ void Detector::meet_tets(double s, const TetOfUnit& a, const TetOfUnit& b, const
   const ContactNormal normal = contact_normal(common, a.shape, b.shape, a.tet.exterior, b.tet.exterior);
   const double area = normal.r.norm();
   ContactRow row;
-  const bool by_surface = !raw && a.unit.body != b.unit.body && !in.bodies[a.unit.body].rigid && !in.bodies[b.unit.body].rigid;
+  const bool by_surface = !raw && !are_pieces_of_one(a.unit, b.unit) && !in.bodies[a.unit.body].rigid && !in.bodies[b.unit.body].rigid;
   row.area = by_surface ? normal.weight * area : area;
   if (!(row.area > 0)) return;
   row.normal = normal.r / area;

@@ -33,6 +33,7 @@ struct CollisionBody {
   std::span<const char> fixed;            // soft: nonzero for nodes that are not unknowns (prescribed); empty: none
   std::optional<RigidMotion> rigid;       // set: a rigid body, v and fixed are not read
   double friction = 0.5;                  // mu [-]; a pair has the geometric mean of both
+  int origin = -1;                        // soft: what it broke off from; those of one are pieces of one body. -1: it has not broken
   const SelfContact* self = nullptr;      // soft: of `mesh`, each of whose pieces then also meets itself; null: they do not
 };
 

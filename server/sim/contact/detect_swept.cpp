@@ -39,7 +39,7 @@ bool Detector::changes(const Unit& a, const Unit& b) const {
 }
 
 bool Detector::may_pass(const Unit& a, const Unit& b) const {
-  if (in.settings.raw_damping || a.body == b.body || is_fragment(a.body) || is_fragment(b.body)) return false;
+  if (in.settings.raw_damping || are_pieces_of_one(a, b) || is_fragment(a.body) || is_fragment(b.body)) return false;
   const Vec3 most = (a.moves.max() - b.moves.min()).cwiseMax(b.moves.max() - a.moves.min());
   return most.norm() > std::min(a.component->thickness, b.component->thickness);
 }

@@ -74,6 +74,9 @@ struct Detector {
   bool is_fragment(int body) const {
     return body < static_cast<int>(in.bodies.size()) && in.bodies[body].rigid && in.bodies[body].rigid->in_solve;
   }
+  bool are_pieces_of_one(const Unit& a, const Unit& b) const {
+    return a.body == b.body || (in.bodies[a.body].origin >= 0 && in.bodies[a.body].origin == in.bodies[b.body].origin);
+  }
   Mat34 nodes(const Unit& unit, const CollisionTet& t) const {
     const std::vector<Vec3>& x = placed[unit.body].x;
     Mat34 X;

@@ -45,7 +45,7 @@ struct FemMaterial {
   double toughness = std::numeric_limits<double>::infinity();  // [Pa]; [N] if raw_toughness; > 0
   bool raw_toughness = false;    // the paper's: eigenvalue in newtons, depends on the mesh
   int fracture_interval = 1;     // look for splits every so many steps, [1, 1e6]
-  int max_splits_per_step = 200; // [1, 1e6]
+  int max_splits_per_step = 200; // of each piece of a broken body, [1, 1e6]
   FractureOrder fracture_order = FractureOrder::random;
 
   double dust = 0;               // grains drawn to a square metre of new surface [1/m^2], [0, 1e6]

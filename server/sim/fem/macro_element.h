@@ -46,7 +46,7 @@ struct MacroElements {
 
   int count() const { return static_cast<int>(volume.size()); }
   int first_tet(int d) const { return tets[tet_start[d]]; }  // all of one material
-  bool empty() const { return volume.empty(); }
+  bool empty() const { return of_tet.empty(); }
   const HexahedronShape& shape(int d) const { return cells.shapes[cells.shape[first_tet(d)]]; }  // of a hexahedron
 };
 

@@ -185,24 +185,46 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
   return rest;
 }
 
+namespace {
+
+// Of what has one entry a tet (elements, which have two, see to themselves).
+void for_each_tet_array(auto&& look) {
+  look([](auto& rest) -> auto& { return rest.material_id; });
+  look([](auto& rest) -> auto& { return rest.beta; });
+  look([](auto& rest) -> auto& { return rest.core; });
+  look([](auto& rest) -> auto& { return rest.volume; });
+  look([](auto& rest) -> auto& { return rest.fill; });
+  look([](auto& rest) -> auto& { return rest.beta_clamped; });
+  look([](auto& rest) -> auto& { return rest.rest_gradient; });
+  look([](auto& rest) -> auto& { return rest.patches.of_tet; });
+  look([](auto& rest) -> auto& { return rest.macros.pairing; });
+  look([](auto& rest) -> auto& { return rest.macros.cells.corner; });
+  look([](auto& rest) -> auto& { return rest.macros.cells.order; });
+  look([](auto& rest) -> auto& { return rest.macros.cells.shape; });
+}
+
+std::vector<int> elements_of(const std::vector<int>& of_tet, std::span<const int> tets) {
+  std::vector<int> part;
+  if (of_tet.empty()) return part;
+  part.reserve(2 * tets.size());
+  for (const int t : tets) part.insert(part.end(), {of_tet[2 * t], of_tet[2 * t + 1]});
+  return part;
+}
+
+}  // namespace
+
 void keep_tets(RestBody& rest, std::span<const int> kept) {
-  keep(rest.material_id, kept);
-  keep(rest.beta, kept);
-  keep(rest.core, kept);
-  keep(rest.volume, kept);
-  keep(rest.fill, kept);
-  keep(rest.beta_clamped, kept);
-  keep(rest.rest_gradient, kept);
-  keep(rest.patches.of_tet, kept);
-  MacroElements& o = rest.macros;
-  if (o.empty()) return;
-  keep(o.pairing, kept);
-  keep(o.cells.corner, kept);
-  keep(o.cells.order, kept);
-  keep(o.cells.shape, kept);
-  for (std::size_t t = 0; t < kept.size(); ++t)
-    for (int k = 0; k < 2; ++k) o.of_tet[2 * t + k] = o.of_tet[2 * kept[t] + k];
-  o.of_tet.resize(2 * kept.size());
+  for_each_tet_array([&](auto of) { keep(of(rest), kept); });
+  rest.macros.of_tet = elements_of(rest.macros.of_tet, kept);
+}
+
+RestBody part_of(const RestBody& rest, std::span<const int> tets) {
+  RestBody part{.material = rest.material, .lame = rest.lame, .others = rest.others};
+  for_each_tet_array([&](auto of) { of(part) = taken(of(rest), tets); });
+  part.macros.of_tet = elements_of(rest.macros.of_tet, tets);
+  part.macros.cells.shapes = rest.macros.cells.shapes;
+  part.mean_edge = rest.mean_edge;
+  return part;
 }
 
 std::vector<int> follow_topology(RestBody& rest, const std::vector<Tet>& tets, int node_count) {

@@ -88,6 +88,8 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
 
 // Leaves the tets `kept`, ascending; node masses, groups and patches are the caller's to renew (follow_topology).
 void keep_tets(RestBody& rest, std::span<const int> kept);
+// The same of a copy.
+RestBody part_of(const RestBody& rest, std::span<const int> tets);
 
 // Lumped masses, drags, groups and patches anew, after tets got other node ids. tets: one a rest tet; ids in [0, node_count).
 // Returns what regroup() does: empty where elements are tets.

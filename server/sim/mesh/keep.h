@@ -13,4 +13,14 @@ void keep(std::vector<T>& values, std::span<const int> kept) {
   values.resize(kept.size());
 }
 
+// A copy of those entries alone.
+template <class T>
+std::vector<T> taken(const std::vector<T>& values, std::span<const int> kept) {
+  std::vector<T> part;
+  if (values.empty()) return part;
+  part.reserve(kept.size());
+  for (const int i : kept) part.push_back(values[i]);
+  return part;
+}
+
 }  // namespace crumple::sim

@@ -32,7 +32,7 @@ struct Piece {
     for (std::size_t n = 0; n < x.size(); ++n) x[n] = to(mesh.X[n]);
   }
   std::vector<ContactRow> rows(const ThreadPool& pool = kOneThread, bool asks = true) const {
-    const std::vector<CollisionBody> bodies{{&collision, x, v, {}, std::nullopt, 0.5, asks ? &self : nullptr}};
+    const std::vector<CollisionBody> bodies{{.mesh = &collision, .x = x, .v = v, .self = asks ? &self : nullptr}};
     DetectionInput input;
     input.bodies = bodies;
     input.dt = 1.0 / 60;

@@ -126,8 +126,8 @@ struct SoftScene {
   void detect() {
     std::vector<contact::CollisionBody> bodies;
     for (SoftBody& body : soft)
-      bodies.push_back({&body.collision, body.state.x, body.state.v, body.system.prescribed, std::nullopt, friction,
-                        body.self ? &*body.self : nullptr});
+      bodies.push_back({.mesh = &body.collision, .x = body.state.x, .v = body.state.v, .fixed = body.system.prescribed,
+                        .friction = friction, .self = body.self ? &*body.self : nullptr});
     for (RigidBox& box : rigid) {
       box.place();
       const contact::RigidMotion motion{box.p, box.v, box.w, box.mass, box.movable};
