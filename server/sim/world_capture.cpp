@@ -10,9 +10,9 @@ Event& World::Impl::add_event(EventKind kind, BodyId body) {
   return events.back();
 }
 
-bool World::Impl::is_said(EventKind kind, const std::string& message) const {
+bool World::Impl::is_said(EventKind kind, BodyId body, const std::string& ending) const {
   for (auto event = events.rbegin(); event != events.rend() && event->step == step; ++event)
-    if (event->kind == kind && event->message == message) return true;
+    if (event->kind == kind && event->body == body && event->message.ends_with(ending)) return true;
   return false;
 }
 

@@ -59,14 +59,14 @@ void World::Impl::look_at_accounts() {
       if (!found) continue;
       soft[b].use_rotation(found->rung >= guard::Rung::safe_rotation);
       const std::string& name = scene.bodies[soft[b].id].name;
-      const std::string message = found->up ? text(name, ": ", guard::name(found->quantity), " is ", found->value, ", at most ",
-                                                   found->bound, " is allowed; now ", guard::name(found->rung))
-                                            : text(name, " is calm again; now ", guard::name(found->rung));
-      if (!is_said(EventKind::guard, message)) {  // of another piece of it
+      const std::string now = text("; now ", guard::name(found->rung));
+      if (!is_said(EventKind::guard, soft[b].id, now)) {
         Event& event = add_event(EventKind::guard, soft[b].id);
         event.point = soft[b].centre_of_mass();
         event.magnitude = found->value;
-        event.message = message;
+        event.message = found->up ? text(name, ": ", guard::name(found->quantity), " is ", found->value, ", at most ", found->bound,
+                                         " is allowed", now)
+                                  : text(name, " is calm again", now);
       }
       if (found->rung != guard::Rung::frozen) continue;
       soft[b].freeze();

@@ -233,7 +233,8 @@ struct World::Impl {
   void apply(const Command& command);
   void push_body(BodyId body, const Vec3& impulse, const Vec3& point, double radius);
   Event& add_event(EventKind kind, BodyId body);
-  bool is_said(EventKind kind, const std::string& message) const;  // in this step
+  // In this step, of some piece of the body.
+  bool is_said(EventKind kind, BodyId body, const std::string& ending) const;
 
   // Runs one stage and notes its time if somebody keeps a clock.
   template <class Stage>

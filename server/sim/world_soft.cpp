@@ -221,14 +221,11 @@ void World::Impl::take(const islands::CompositeIsland& island, const islands::Is
   account.residual = std::max(account.residual, solution.report.residual);
   for (std::size_t k = 0; k < island.soft.size(); ++k) {
     const int b = island.soft[k];
-    if (capped && !was_capped[b]) {
-      const std::string message = text("solve of ", scene.bodies[soft[b].id].name, " ended after ", solution.report.iterations,
-                                       " iterations with relative residual ", solution.report.residual);
-      if (!is_said(EventKind::solver, message)) {  // of another piece of it
-        Event& event = add_event(EventKind::solver, soft[b].id);
-        event.magnitude = solution.report.residual;
-        event.message = message;
-      }
+    if (capped && !was_capped[b] && !is_said(EventKind::solver, soft[b].id, "")) {
+      Event& event = add_event(EventKind::solver, soft[b].id);
+      event.magnitude = solution.report.residual;
+      event.message = text("solve of ", scene.bodies[soft[b].id].name, " ended after ", solution.report.iterations,
+                           " iterations with relative residual ", solution.report.residual);
     }
     was_capped[b] = capped;
     if (!soft[b].advance(solution.soft_velocity(static_cast<int>(k)), h)) {

@@ -36,14 +36,13 @@ int FemObject::rigid_pieces() const { return static_cast<int>(std::ranges::count
 void FemObject::follow(const SoftBody& from, const SoftBody::HandOver& moved, std::span<const Piece> left) {
   const int first = static_cast<int>(pieces_.size());
   const auto to = [&](int left_as) { return left_as < 0 ? from.piece : first + left_as; };
+  std::vector<NodeRef> node;
+  for (const NodeRef& at : moved.node) node.push_back({to(at.piece), at.node});
   for (NodeRef& at : scene_nodes_)
-    if (at.piece == from.piece) at = {to(moved.node[at.node].piece), moved.node[at.node].node};
+    if (at.piece == from.piece) at = node[at.node];
   for (TetRef& at : scene_tets_)
     if (at.piece == from.piece) at = {to(moved.tet[at.tet].piece), moved.tet[at.tet].tet};
-  skin_.follow([&](NodeRef at) -> NodeRef {
-    if (at.piece != from.piece) return at;
-    return {to(moved.node[at.node].piece), moved.node[at.node].node};
-  });
+  skin_.follow(from.piece, node);
   pieces_.insert(pieces_.end(), left.begin(), left.end());
 }
 

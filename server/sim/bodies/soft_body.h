@@ -165,10 +165,14 @@ class SoftBody {
     int fragments = 0, meshes = 0;
   };
   Leaving leaving(const fracture::Fragments& components);
-  RigidFragment::Piece rigid_part(std::span<const int> part_tets, std::span<const int> part_nodes, const HandOver& moved) const;
-  SoftBody mesh_part(std::span<const int> part_tets, std::span<const int> part_nodes) const;
-  void keep_part(std::span<const int> kept_tets, std::span<const int> kept_nodes, const HandOver& moved);
-  void follow_parting(const HandOver& moved, int piece, const contact::CollisionMesh& of_before);
+  struct Part {
+    std::vector<int> components, tets, nodes;  // of before, ascending
+  };
+  RigidFragment::Piece rigid_part(const Part& own, const HandOver& moved) const;
+  SoftBody mesh_part(const Part& own) const;
+  void keep_part(const Part& own);
+  void follow_parting(const HandOver& moved, int piece, const std::vector<Mat3>& strain, std::span<const int> own_tets,
+                      contact::CollisionMesh mesh);
   void choose_formula(double dt, const ThreadPool& pool);
   void assemble_backward_euler(const Vec3& gravity, double h, const ThreadPool& pool);
   const Eigen::VectorXd& external_force(const Vec3& gravity);  // 3n, gravity and commands [N]; until the next call

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 // How pieces of a broken mesh leave it: small ones to go on as rigid fragments, large ones as meshes of their own.
 namespace crumple::sim {
@@ -97,71 +98,73 @@ SoftBody::HandOver SoftBody::hand_over(const ThreadPool& pool) {
   const int count = fragment_count + mesh_count;
   if (count == 0) return moved;
 
-  // The last of these: what stays.
-  std::vector<std::vector<int>> tets_of(count + 1), nodes_of(count + 1);
+  std::vector<Part> parts(count + 1);  // the last one: what stays
+  const auto part_of = [&](int left_as) -> Part& { return parts[left_as < 0 ? count : left_as]; };
+  for (int c = 0; c < components.count(); ++c) part_of(as[c]).components.push_back(c);
+  std::vector<int> new_tet(tets.size()), new_node(node_count());
   moved.tet.resize(tets.size());
   moved.node.assign(node_count(), {-1, 0});
-  const auto list_of = [&](int left_as) { return left_as < 0 ? count : left_as; };
   for (int t = 0; t < static_cast<int>(tets.size()); ++t) {
     const int to = as[components.of_tet[t]];
-    std::vector<int>& list = tets_of[list_of(to)];
-    moved.tet[t] = {to, static_cast<int>(list.size())};
+    std::vector<int>& list = part_of(to).tets;
+    moved.tet[t] = {to, new_tet[t] = static_cast<int>(list.size())};
     list.push_back(t);
     for (const int n : tets[t]) moved.node[n].piece = to;
   }
   for (int n = 0; n < node_count(); ++n) {
-    std::vector<int>& list = nodes_of[list_of(moved.node[n].piece)];
-    moved.node[n].node = static_cast<int>(list.size());
+    std::vector<int>& list = part_of(moved.node[n].piece).nodes;
+    moved.node[n].node = new_node[n] = static_cast<int>(list.size());
     list.push_back(n);
   }
   moved.fragments = fragment_count;
-  for (int k = 0; k < fragment_count; ++k) fragments.emplace_back(rigid_part(tets_of[k], nodes_of[k], moved));
+  for (int k = 0; k < fragment_count; ++k) fragments.emplace_back(rigid_part(parts[k], moved));
   moved.meshes.resize(mesh_count);
   pool.for_jobs(mesh_count, [&](int k) {
-    SoftBody& mesh = moved.meshes[k];
-    mesh = mesh_part(tets_of[fragment_count + k], nodes_of[fragment_count + k]);
-    mesh.follow_parting(moved, fragment_count + k, collision);
+    const Part& part = parts[fragment_count + k];
+    SoftBody& mesh = moved.meshes[k] = mesh_part(part);
+    mesh.follow_parting(moved, fragment_count + k, state.plastic_strain, part.tets,
+                        contact::kept_components(collision, part.components, new_tet, new_node));
     mesh.system = fem::StepSystem(options_.float_solver ? *options_.float_solver : fem::takes_float(mesh.rest, options_.dt));
     fem::update_elements(mesh.rest, mesh.tets, mesh.state.x, mesh.state.plastic_strain, pool, mesh.system.elements);
   });
-  keep_part(tets_of[count], nodes_of[count], moved);
+  keep_part(parts[count]);
+  follow_parting(moved, -1, std::exchange(state.plastic_strain, {}), parts[count].tets,
+                 contact::kept_components(collision, parts[count].components, new_tet, new_node));
   return moved;
 }
 
-RigidFragment::Piece SoftBody::rigid_part(std::span<const int> part_tets, std::span<const int> part_nodes,
-                                          const HandOver& moved) const {
+RigidFragment::Piece SoftBody::rigid_part(const Part& own, const HandOver& moved) const {
   RigidFragment::Piece part;
-  for (const int t : part_tets) {
+  for (const int t : own.tets) {
     Tet tet = tets[t];
     for (int& n : tet) n = moved.node[n].node;
     part.tets.push_back(tet);
     part.plastic_strain.push_back(fem::element_plastic_strain(rest, state.plastic_strain, t));
   }
-  part.tet_mass = taken(tet_mass_, part_tets);
-  part.material_id = taken(rest.material_id, part_tets);
-  part.X = taken(X, part_nodes);
-  part.x = taken(state.x, part_nodes);
-  part.v = taken(state.v, part_nodes);
-  part.node_mass = taken(rest.node_mass, part_nodes);
+  part.tet_mass = taken(tet_mass_, own.tets);
+  part.material_id = taken(rest.material_id, own.tets);
+  part.X = taken(X, own.nodes);
+  part.x = taken(state.x, own.nodes);
+  part.v = taken(state.v, own.nodes);
+  part.node_mass = taken(rest.node_mass, own.nodes);
   part.friction = material().friction;
   return part;
 }
 
-// As this one is, under old ids of nodes; nothing is known of its matrices and levels.
-SoftBody SoftBody::mesh_part(std::span<const int> part_tets, std::span<const int> part_nodes) const {
+// As this one is, but for what follow_parting does; nothing is known of its matrices and levels.
+SoftBody SoftBody::mesh_part(const Part& own) const {
   SoftBody part;
   part.id = id;
-  part.tets = taken(tets, part_tets);
-  part.tet_mass_ = taken(tet_mass_, part_tets);
-  part.rest = fem::part_of(rest, part_tets);
-  part.state.plastic_strain = rest.grouped() ? state.plastic_strain : taken(state.plastic_strain, part_tets);
-  part.X = taken(X, part_nodes);
-  part.state.x = taken(state.x, part_nodes);
-  part.state.v = taken(state.v, part_nodes);
-  part.state.x_before = taken(state.x_before, part_nodes);
-  part.state.v_before = taken(state.v_before, part_nodes);
+  part.tets = taken(tets, own.tets);
+  part.tet_mass_ = taken(tet_mass_, own.tets);
+  part.rest = fem::part_of(rest, own.tets);
+  part.X = taken(X, own.nodes);
+  part.state.x = taken(state.x, own.nodes);
+  part.state.v = taken(state.v, own.nodes);
+  part.state.x_before = taken(state.x_before, own.nodes);
+  part.state.v_before = taken(state.v_before, own.nodes);
   part.state.rough_steps = state.rough_steps;
-  part.fixed = taken(fixed, part_nodes);
+  part.fixed = taken(fixed, own.nodes);
   part.driven_ = driven_;
   part.prescribed_ = prescribed_;
   part.prescribed_before_ = prescribed_before_;
@@ -179,25 +182,24 @@ SoftBody SoftBody::mesh_part(std::span<const int> part_tets, std::span<const int
   return part;
 }
 
-// What stays, under its new ids.
-void SoftBody::keep_part(std::span<const int> kept_tets, std::span<const int> kept_nodes, const HandOver& moved) {
-  keep(tets, kept_tets);
-  keep(tet_mass_, kept_tets);
-  fem::keep_tets(rest, kept_tets);
+// What stays, but for what follow_parting does.
+void SoftBody::keep_part(const Part& own) {
+  keep(tets, own.tets);
+  keep(tet_mass_, own.tets);
+  fem::keep_tets(rest, own.tets);
   fem::Elements& elements = system.elements;
-  keep(elements.Q, kept_tets);
-  keep(elements.sigma, kept_tets);
-  keep(elements.force, kept_tets);
-  keep(elements.core, kept_tets);
-  for (std::vector<Vec3>* values : {&X, &state.x, &state.v, &state.x_before, &state.v_before}) keep(*values, kept_nodes);
-  keep(fixed, kept_nodes);
-  if (!rest.grouped()) keep(state.plastic_strain, kept_tets);
+  keep(elements.Q, own.tets);
+  keep(elements.sigma, own.tets);
+  keep(elements.force, own.tets);
+  keep(elements.core, own.tets);
+  for (std::vector<Vec3>* values : {&X, &state.x, &state.v, &state.x_before, &state.v_before}) keep(*values, own.nodes);
+  keep(fixed, own.nodes);
   command_force_.resize(0);
-  follow_parting(moved, -1, collision);
 }
 
-// Tets and nodes are those of one piece already, tets with node ids of before.
-void SoftBody::follow_parting(const HandOver& moved, int piece, const contact::CollisionMesh& of_before) {
+// Arrays are those of one piece already, but under node ids of before. strain: the plastic one of all pieces.
+void SoftBody::follow_parting(const HandOver& moved, int piece, const std::vector<Mat3>& strain, std::span<const int> own_tets,
+                              contact::CollisionMesh mesh) {
   for (Tet& tet : tets)
     for (int& n : tet) n = moved.node[n].node;
   for (DrivenNodes& driven : driven_) {
@@ -215,12 +217,9 @@ void SoftBody::follow_parting(const HandOver& moved, int piece, const contact::C
     for (fem::PrescribedNode& p : *prescribed) p.node = moved.node[p.node].node;
   }
   const std::vector<int> element_before = follow_topology();
-  if (rest.grouped()) state.plastic_strain = fem::inherited(state.plastic_strain, element_before);
+  state.plastic_strain = rest.grouped() ? fem::inherited(strain, element_before) : taken(strain, own_tets);
   stars_ = NodeStars(tets, node_count());
-  std::vector<int> new_tet, new_node;
-  for (const TetRef& to : moved.tet) new_tet.push_back(to.piece == piece ? to.tet : -1);
-  for (const NodeRef& to : moved.node) new_node.push_back(to.node);
-  follow_mesh(contact::kept_components(of_before, new_tet, new_node));
+  follow_mesh(std::move(mesh));
 }
 
 }  // namespace crumple::sim

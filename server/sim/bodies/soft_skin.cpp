@@ -78,8 +78,9 @@ void SoftSkin::draw_tets(const SoftShape& shape) {
   }
 }
 
-void SoftSkin::follow(const std::function<NodeRef(NodeRef)>& moved) {
-  for (NodeRef& at : nodes_) at = moved(at);
+void SoftSkin::follow(int piece, std::span<const NodeRef> moved) {
+  for (NodeRef& at : nodes_)
+    if (at.piece == piece) at = moved[at.node];
 }
 
 void SoftSkin::capture(const SoftShape& shape, std::span<const std::vector<float>> node_values, BodyFrame& frame) const {

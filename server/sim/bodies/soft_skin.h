@@ -5,7 +5,6 @@
 #include "server/sim/mesh/splinter_embedding.h"
 #include "server/sim/scene.h"
 
-#include <functional>
 #include <optional>
 #include <span>
 
@@ -21,8 +20,8 @@ class SoftSkin {
 
   // What is drawn after faces have parted; also to begin with. parted: see SplinterEmbedding::follow.
   void rebuild(const SoftShape& shape, const SharedFaces& faces, std::span<const int> parted);
-  // Nodes of the body are elsewhere: where each is now.
-  void follow(const std::function<NodeRef(NodeRef)>& moved);
+  // Nodes of one piece are elsewhere: moved, one of each, says where.
+  void follow(int piece, std::span<const NodeRef> moved);
 
   const std::vector<Triangle>& triangles() const { return triangles_; }
   // Appends positions and, if given, values: by piece one a node, [0, 1]; a piece without has 0.

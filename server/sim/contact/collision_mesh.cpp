@@ -83,10 +83,11 @@ CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vecto
   return mesh;
 }
 
-CollisionMesh kept_components(const CollisionMesh& mesh, std::span<const int> new_tet, std::span<const int> new_node) {
+CollisionMesh kept_components(const CollisionMesh& mesh, std::span<const int> components, std::span<const int> new_tet,
+                              std::span<const int> new_node) {
   CollisionMesh kept;
-  for (CollisionComponent part : mesh.components) {
-    if (new_tet[mesh.tets[part.begin].id] < 0) continue;
+  for (const int c : components) {
+    CollisionComponent part = mesh.components[c];
     const int shift = static_cast<int>(kept.tets.size()) - part.begin;
     const std::span<const int> nodes = mesh.nodes_of(part);
     for (int k = part.begin; k < part.end; ++k) {

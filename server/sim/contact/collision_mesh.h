@@ -42,9 +42,10 @@ struct CollisionMesh {
 CollisionMesh make_collision_mesh(const std::vector<Tet>& tets, const std::vector<Vec3>& X,
                                   std::span<const double> tet_mass);
 
-// The same without components that left, tets and nodes under their new ids, which ascend as the old ones do. new_tet: one a tet,
-// -1: it left with its component; new_node: one a node, read of what stays.
-CollisionMesh kept_components(const CollisionMesh& mesh, std::span<const int> new_tet, std::span<const int> new_node);
+// The same of some of its components, ascending, tets and nodes under their new ids, which ascend as the old ones do. new_tet: one a
+// tet, new_node: one a node; read of what is kept.
+CollisionMesh kept_components(const CollisionMesh& mesh, std::span<const int> components, std::span<const int> new_tet,
+                              std::span<const int> new_node);
 
 // Triangles of the exterior faces, in the order of surface_faces.
 void append_surface(const CollisionMesh& mesh, std::vector<Triangle>& triangles);

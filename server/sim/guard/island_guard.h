@@ -51,7 +51,7 @@ struct Measurement {
   double residual = 0;  // relative, of the last solve
 };
 
-// State, one a body.
+// State, one a body, and one each piece of a broken one.
 struct BodyGuard {
   Rung rung = Rung::normal;
   double surplus = 0;      // [J], decaying
