@@ -53,7 +53,7 @@ void step(SoftBody& body, double time, const ThreadPool& pool) {
   Eigen::SparseLU<Eigen::SparseMatrix<double>> lu(body.system.to_sparse());
   const Eigen::VectorXd v = body.system.guess + lu.solve(body.system.b - body.system.to_sparse() * body.system.guess);
   ASSERT_TRUE(body.advance(v, kDt));
-  body.plastic_flow(kDt, 0, pool);
+  body.plastic_flow(kDt, kDt, pool);
 }
 
 // What pieces do by themselves is what they did as one mesh: of whatever elements, materials and formula, held, driven or free.
