@@ -1,5 +1,6 @@
 #include "common/text.h"
 #include "server/sim/fem/float_matrix.h"
+#include "server/sim/islands/island_system.h"
 #include "server/sim/world_impl.h"
 
 #include <algorithm>
@@ -85,8 +86,8 @@ void World::Impl::warn_of_floats() {
 }
 
 // Patterns and coarse levels, which a large body's first step would take longer for, and the memory of a solve. Each body is assembled
-// where it starts, sleepers too, and solved by itself without an iteration. Not factors: what touches something needs none. A direct
-// solve keeps nothing from step to step.
+// where it starts, sleepers too, and solved by itself without an iteration. Factors where they are asked for, or likely to be used for long.
+// A direct solve keeps nothing from step to step.
 void World::Impl::prepare() {
   if (scene.solver == linear_solver::SolverKind::direct) return;
   const auto assemble_one = [&](int b) {
@@ -104,6 +105,15 @@ void World::Impl::prepare() {
     options.push_back(solve_options(alone.back()));
     options.back().solve.max_iterations = 0;
   }
+  const auto make_factors = [&](int k) {
+    SoftBody& body = soft[alone[k].soft[0]];
+    islands::IslandBody unknowns;
+    set_unknowns(body, unknowns);
+    const bool asked = scene.solver == linear_solver::SolverKind::warped_factor && unknowns.factor;
+    if (asked || (scene.solver == linear_solver::SolverKind::automatic && islands::is_worth_a_factor(unknowns)))
+      body.make_factors(scene.dt, pool);
+  };
+  pool.for_jobs(static_cast<int>(alone.size()), std::cref(make_factors));
   islands::solve_all(alone, island_bodies, options, {}, pool, solve_memories, solutions);
 }
 

@@ -97,6 +97,11 @@ void SoftBody::prepare(const Vec3& gravity, double dt, const ThreadPool& pool) {
   fem::assemble(rest, tets, state, external_force(gravity), dt, held, pool, system);
 }
 
+void SoftBody::make_factors(double dt, const ThreadPool& pool) {
+  factor.make(rest, X, system, system.scale, pool);
+  if (options_.integrator == Integrator::bdf2) factor.make(rest, X, system, fem::bdf2_scale(dt), pool);
+}
+
 void SoftBody::prescribe(double time, double dt) {
   prescribed_before_.swap(prescribed_);
   prescribed_.clear();

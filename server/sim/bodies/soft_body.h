@@ -73,6 +73,7 @@ class SoftBody {
 
   // Assembles the body as it is made, so that what a matrix needs once is there before the first step.
   void prepare(const Vec3& gravity, double dt, const ThreadPool& pool);
+  void make_factors(double dt, const ThreadPool& pool);  // of the prepared system, for all formulas that steps of dt may have
   // Velocities that take scripted nodes from where they are to their place at time + dt.
   void prescribe(double time, double dt);
   // Something jumps in this step, or in the next if this one is done: it is one of backward Euler, and so is the one after.

@@ -13,7 +13,7 @@ using linear_solver::SolveReport;
 namespace {
 
 constexpr int kTetsPerChunk = 1024;
-constexpr double kTheta = 2.0 / 3;
+constexpr double kMass = 1.5, kTheta = 2.0 / 3;
 constexpr double kNearInversion = 0.2;  // of the rest volume
 
 // x+ but for 2/3 dt v+.
@@ -52,6 +52,8 @@ void restart_near_inversion(const RestBody& rest, const std::vector<Tet>& tets, 
   if (near_inversion(rest, tets, state, dt, pool)) restart(state, kRoughAfterInversion);
 }
 
+StepSystem::Scale bdf2_scale(double dt) { return {dt, kMass, kTheta}; }
+
 StepFormula bdf2_formula(const FemState& state, double dt, std::span<const PrescribedNode> prescribed,
                          Bdf2Scratch& scratch) {
   const std::size_t n = state.x.size();
@@ -67,7 +69,7 @@ StepFormula bdf2_formula(const FemState& state, double dt, std::span<const Presc
     scratch.x_known[p.node] = state.x[p.node] + (1 - kTheta) * dt * p.velocity;
   }
   return {.dt = dt,
-          .mass = 1.5,
+          .mass = kMass,
           .position = kTheta,
           .w = scratch.w,
           .x_known = scratch.x_known,

@@ -35,6 +35,8 @@ void restart_near_inversion(const RestBody& rest, const std::vector<Tet>& tets, 
 StepFormula bdf2_formula(const FemState& state, double dt, std::span<const PrescribedNode> prescribed,
                          Bdf2Scratch& scratch);
 
+StepSystem::Scale bdf2_scale(double dt);  // of its systems
+
 // A solve's tolerance for a step of BDF2 over that for one of backward Euler: what a solve misses of v+ is handed on to
 // half again as much in the steps after it.
 inline constexpr double kBdf2Tolerance = 2.0 / 3;

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <functional>
+#include <span>
 
 namespace crumple::sim::fem {
 
@@ -11,18 +12,19 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kTetsPerChunk = 512;
-constexpr int kNodesPerChunk = 512;
+constexpr int kNodesPerChunk = 64;
+constexpr std::size_t kSamples = 6;  // elements a node, at most twice as many
+constexpr int kNodesPerTurn = 256;
 
 // The system's matrix with every node at rest: the same masses, factors and struck rows.
 Eigen::SparseMatrix<double> matrix_at_rest(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system,
-                                           const ThreadPool& pool) {
+                                           const StepSystem::Scale& scale, const ThreadPool& pool) {
   const int n = system.node_count();
   const FemState at_rest{X, std::vector<Vec3>(n, Vec3::Zero()), std::vector<Mat3>(rest.point_count(), Mat3::Zero())};
   std::vector<PrescribedNode> prescribed;
   for (int i = 0; i < n; ++i)
     if (system.prescribed[i]) prescribed.push_back({i, Vec3::Zero()});
-  const StepFormula formula{.dt = system.scale.dt, .mass = system.scale.mass, .position = system.scale.position, .w = at_rest.v,
+  const StepFormula formula{.dt = scale.dt, .mass = scale.mass, .position = scale.position, .w = at_rest.v,
                             .x_known = X, .x_linear = X};
   StepSystem own;
   assemble(rest, system.tets, at_rest, formula, VectorXd::Zero(3 * n), prescribed, pool, own);
@@ -31,73 +33,114 @@ Eigen::SparseMatrix<double> matrix_at_rest(const RestBody& rest, const std::vect
   return A;
 }
 
-// Of tet t; of groups the mean of its two.
-Quat rotation_of(const RestBody& rest, const StepSystem& system, int t) {
-  if (!rest.grouped()) return Quat(system.elements.Q[t]);
+// Stages of elimination that leave two halves of the body apart, for threads to substitute side by side: nodes below the middle of
+// its longest side, then those above it that have no neighbour below, then the cut between them. One a row of the matrix.
+std::vector<int> halves(const std::vector<Vec3>& X, const linear_solver::BlockPattern& pattern) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : X) box.extend(x);
+  int axis = 0;
+  box.sizes().maxCoeff(&axis);
+  std::vector<double> places;
+  for (const Vec3& x : X) places.push_back(x[axis]);
+  const auto middle = places.begin() + static_cast<std::ptrdiff_t>(places.size() / 2);
+  std::ranges::nth_element(places, middle);
+  const auto is_below = [&](int i) { return X[i][axis] < *middle; };
+
+  std::vector<int> stage;
+  for (int i = 0; i < static_cast<int>(X.size()); ++i) {
+    const std::span<const int> neighbours = std::span(pattern.columns).subspan(pattern.row_start[i], pattern.row_start[i + 1] - pattern.row_start[i]);
+    stage.insert(stage.end(), 3, is_below(i) ? 0 : std::ranges::any_of(neighbours, is_below) ? 2 : 1);
+  }
+  return stage;
+}
+
+// weight Q of tet t onto the sum; of groups the mean of its two.
+void add_rotation(const RestBody& rest, const StepSystem& system, int t, double weight, Mat3& sum) {
+  if (!rest.grouped()) {
+    sum += weight * system.elements.Q[t];
+    return;
+  }
   const std::vector<Mat3>& Q = system.elements.macros.Q;
-  const Quat a(Q[rest.macros.of_tet[2 * t]]), b(Q[rest.macros.of_tet[2 * t + 1]]);
-  Quat mean;
-  mean.coeffs() = a.coeffs() + (a.dot(b) < 0 ? -b.coeffs() : b.coeffs());
-  return mean.normalized();
+  sum += 0.5 * weight * (Q[rest.macros.of_tet[2 * t]] + Q[rest.macros.of_tet[2 * t + 1]]);
 }
 
 }  // namespace
 
-bool WarpedFactor::update(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system, const ThreadPool& pool) {
+void WarpedFactor::make(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system, const StepSystem::Scale& scale,
+                        const ThreadPool& pool) {
   assert(static_cast<int>(X.size()) == system.node_count());
-  if (tets_ != system.tets) {
-    tets_ = system.tets;
-    stars_ = NodeStars(tets_, system.node_count());
-    kept_.clear();
+  const auto& pattern = std::visit([](const auto& A) -> const auto& { return A.pattern(); }, system.A);
+  if (pattern_ != pattern) {  // made anew whenever tets are others
+    pattern_ = pattern;
+    if (tets_ != system.tets) {
+      tets_ = system.tets;
+      stars_ = NodeStars(tets_, system.node_count());
+      kept_.clear();
+    }
   }
-  const auto known = std::ranges::find_if(kept_, [&](const Kept& k) {
-    return k.scale == system.scale && k.prescribed == system.prescribed;
-  });
+  const auto known = std::ranges::find_if(kept_, [&](const Kept& k) { return k.is_of(scale, system.prescribed); });
   if (known != kept_.end()) {
     std::rotate(known, known + 1, kept_.end());
-  } else {
-    if (kept_.size() == kMostKept) kept_.erase(kept_.begin());
-    Kept& made = kept_.emplace_back(Kept{system.scale, system.prescribed, false, {}});
-    linear_solver::Cholesky cholesky;
-    made.usable = cholesky.factor(matrix_at_rest(rest, X, system, pool));
-    if (made.usable) made.solve = linear_solver::SupernodalSolve(cholesky);
-    ++factored_;
+    return;
   }
+  if (kept_.size() == kMostKept) kept_.erase(kept_.begin());
+  Kept& made = kept_.emplace_back(Kept{scale, system.prescribed, false, {}});
+  linear_solver::Cholesky cholesky;
+  made.usable = cholesky.factor(matrix_at_rest(rest, X, system, scale, pool), halves(X, *pattern));
+  if (made.usable) made.solve = linear_solver::SupernodalSolve(cholesky);
+  ++factored_;
+}
+
+bool WarpedFactor::has(const StepSystem& system) const {
+  if (kept_.empty()) return false;
+  const bool same = std::visit([&](const auto& A) { return A.pattern() == pattern_; }, system.A) || tets_ == system.tets;
+  return same && std::ranges::any_of(kept_, [&](const Kept& k) { return k.usable && k.is_of(system.scale, system.prescribed); });
+}
+
+bool WarpedFactor::update(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system, const ThreadPool& pool) {
+  make(rest, X, system, system.scale, pool);
   if (!kept_.back().usable) return false;
   find_rotations(rest, system, pool);
   return true;
 }
 
-// Quaternions are added up on one side of zero, that of the first; elements turned half around from each other may cancel.
+// The rotation nearest in direction to the mean of a few elements' matrices: of its trace and its antisymmetric part, as a quaternion.
+// Elements turned half around from each other may cancel.
 void WarpedFactor::find_rotations(const RestBody& rest, const StepSystem& system, const ThreadPool& pool) {
   const int n = system.node_count();
-  q_.resize(system.tets.size());
-  const auto tets = [&](int begin, int end) {
-    for (int t = begin; t < end; ++t) q_[t] = rotation_of(rest, system, t);
-  };
-  pool.for_chunks(static_cast<int>(q_.size()), kTetsPerChunk, std::cref(tets));
   R_.resize(n);
   const auto nodes = [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-      for (const int t : stars_[i]) {
-        const Eigen::Vector4d q = rest.volume[t] * q_[t].coeffs();
-        sum += q.dot(sum) < 0 ? Eigen::Vector4d(-q) : q;
+      const std::span<const int> star = stars_[i];
+      const std::size_t stride = std::max<std::size_t>(1, star.size() / kSamples);
+      Mat3 sum = Mat3::Zero();
+      double weight = 0;
+      for (std::size_t k = 0; k < star.size(); k += stride) {
+        const double volume = rest.volume[star[k]];
+        weight += volume;
+        add_rotation(rest, system, star[k], volume, sum);
       }
-      const double size = sum.norm();
-      R_[i] = size > 0 && std::isfinite(size) ? Quat(Eigen::Vector4d(sum / size)).toRotationMatrix() : Mat3::Identity();
+      const Quat mean(Mat3(sum / weight));
+      const double size = mean.norm();
+      R_[i] = size > 0 && std::isfinite(size) ? Quat(mean.coeffs() / size).toRotationMatrix() : Mat3::Identity();
     }
   };
   pool.for_chunks(n, kNodesPerChunk, std::cref(nodes));
 }
 
-void WarpedFactor::apply(Eigen::Ref<const VectorXd> r, Eigen::Ref<VectorXd> z) {
+void WarpedFactor::apply(Eigen::Ref<const VectorXd> r, Eigen::Ref<VectorXd> z, const ThreadPool& pool) {
   assert(!kept_.empty() && kept_.back().usable && r.size() == 3 * static_cast<Eigen::Index>(R_.size()) && z.size() == r.size());
   turned_.resize(r.size());
   const int n = static_cast<int>(R_.size());
-  for (int i = 0; i < n; ++i) turned_.segment<3>(3 * i).noalias() = R_[i].transpose() * r.segment<3>(3 * i);
-  kept_.back().solve.solve(turned_.data(), turned_.data());
-  for (int i = 0; i < n; ++i) z.segment<3>(3 * i).noalias() = R_[i] * turned_.segment<3>(3 * i);
+  const auto turn_back = [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) turned_.segment<3>(3 * i).noalias() = R_[i].transpose() * r.segment<3>(3 * i);
+  };
+  pool.for_chunks(n, kNodesPerTurn, std::cref(turn_back));
+  kept_.back().solve.solve(turned_.data(), turned_.data(), pool);
+  const auto turn = [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) z.segment<3>(3 * i).noalias() = R_[i] * turned_.segment<3>(3 * i);
+  };
+  pool.for_chunks(n, kNodesPerTurn, std::cref(turn));
 }
 
 }  // namespace crumple::sim::fem

@@ -4,6 +4,7 @@
 #include "server/sim/linear_solver/supernodal_solve.h"
 #include "server/sim/mesh/node_stars.h"
 
+#include <memory>
 #include <vector>
 
 namespace crumple::sim::fem {
@@ -21,8 +22,13 @@ class WarpedFactor {
   // For an assembled system of the body. X: rest positions. False: the matrix at rest has no factor; nothing may be applied then.
   bool update(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system, const ThreadPool& pool);
 
+  // What update() makes if it is not there, for a system of this scale: beforehand, since making one takes as long as hundreds of steps.
+  void make(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system, const StepSystem::Scale& scale,
+            const ThreadPool& pool);
+  bool has(const StepSystem& system) const;  // update() has nothing to make, and is true
+
   // r, z: 3n, node-major; segments of longer vectors are welcome.
-  void apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::VectorXd> z);
+  void apply(Eigen::Ref<const Eigen::VectorXd> r, Eigen::Ref<Eigen::VectorXd> z, const ThreadPool& pool);
 
   const std::vector<Mat3>& rotations() const { return R_; }  // one a node
   int factored() const { return factored_; }  // how often a factor was made
@@ -31,15 +37,16 @@ class WarpedFactor {
   struct Kept {
     StepSystem::Scale scale;
     std::vector<char> prescribed;
+    bool is_of(const StepSystem::Scale& of, const std::vector<char>& held) const { return scale == of && prescribed == held; }
     bool usable = false;
     linear_solver::SupernodalSolve solve;
   };
   void find_rotations(const RestBody& rest, const StepSystem& system, const ThreadPool& pool);
 
   std::vector<Tet> tets_;   // of all that is kept
+  std::shared_ptr<const linear_solver::BlockPattern> pattern_;  // of them when last looked at
   NodeStars stars_;         // of them
-  std::vector<Kept> kept_;  // the one in use last
-  std::vector<Quat> q_;     // one a tet
+  std::vector<Kept> kept_;  // the last one is in use
   std::vector<Mat3> R_;
   Eigen::VectorXd turned_;
   int factored_ = 0;

@@ -66,7 +66,7 @@ void IslandPreconditioner::apply_factors(const VectorXd& r, VectorXd& z) {
   if (last.first_block + last.blocks < system_->blocks()) jacobi_.apply(r, z, *pool_);  // rigid bodies, which come last
   const auto job = [&](int k) {
     const IslandSystem::FactorPart& part = factors_[k];
-    part.factor->apply(r.segment(3 * part.first_block, 3 * part.blocks), z.segment(3 * part.first_block, 3 * part.blocks));
+    part.factor->apply(r.segment(3 * part.first_block, 3 * part.blocks), z.segment(3 * part.first_block, 3 * part.blocks), *pool_);
   };
   pool_->for_jobs(static_cast<int>(factors_.size()), std::cref(job));
 }

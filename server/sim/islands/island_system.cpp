@@ -17,8 +17,10 @@ constexpr int kMultigridPiece = 250;
 constexpr int kMultigridBlocks = 90;
 constexpr double kMultigridStiffness = 200;
 constexpr double kModesStiffness = 20;  // rigid modes for their set-up
-// Up to so many nodes, and as stiff as that, a factor costs less than any other; of larger ones making it is a long step.
+// Where a body of up to so many nodes is as stiff as that, a factor costs less than any other. It is made when it is needed; of
+// larger ones that is a long step, and it is made with the world of those that are held, which is what is left alone for long.
 constexpr int kFactorNodes = 300;
+constexpr int kHeldFactorNodes = 1000;
 
 constexpr int kRowsPerChunk = 64;  // of a product, some 3 us
 
@@ -26,6 +28,20 @@ constexpr int kRowsPerChunk = 64;  // of a product, some 3 us
 bool is_anchored(const contact::ContactRow& row) {
   return std::ranges::any_of(row.sides, [](const contact::ContactSide& s) { return !s.rigid && s.node_count < 4; });
 }
+
+// The diagonals of matrices over the masses in them [-].
+struct Stiffness {
+  double diagonal = 0, mass = 0;
+  void add(const fem::StepSystem& s) {
+    for (int i = 0; i < s.node_count(); ++i) {
+      diagonal += s.diagonal()[i].trace();
+      mass += 3 * s.row_mass[i];
+    }
+  }
+  double value() const { return diagonal / mass; }
+};
+
+bool stays_whole(const IslandBody& body) { return body.factor && !body.rest->breakable(); }
 
 }  // namespace
 
@@ -146,22 +162,26 @@ SolverKind IslandSystem::choose(SolverKind wanted) const {
   if (wanted == SolverKind::rigid_modes) return all_have(&IslandBody::x) ? wanted : SolverKind::jacobi;
   if (wanted == SolverKind::warped_factor && has_factors) return wanted;
   const bool alone = island_->rows.empty() && island_->rigid.empty();
-  const bool lasts = has_factors && std::ranges::none_of(island_->soft, [&](int body) { return bodies_[body].rest->breakable(); });
-  if (lasts && alone && blocks_ <= kFactorNodes && stiffness() >= kModesStiffness)
+  const auto lasts = [&](int body) {
+    return stays_whole(bodies_[body]) && (blocks_ <= kFactorNodes || bodies_[body].factor->has(*bodies_[body].system));
+  };
+  if (alone && has_factors && std::ranges::all_of(island_->soft, lasts) && stiffness() >= kModesStiffness)
     return SolverKind::warped_factor;
   return choose_without_factors();
 }
 
 double IslandSystem::stiffness() const {
-  double diagonal = 0, mass = 0;
-  for (const int body : island_->soft) {
-    const fem::StepSystem& s = *bodies_[body].system;
-    for (int i = 0; i < s.node_count(); ++i) {
-      diagonal += s.diagonal()[i].trace();
-      mass += 3 * s.row_mass[i];
-    }
-  }
-  return diagonal / mass;
+  Stiffness stiffness;
+  for (const int body : island_->soft) stiffness.add(*bodies_[body].system);
+  return stiffness.value();
+}
+
+bool is_worth_a_factor(const IslandBody& body) {
+  const fem::StepSystem& s = *body.system;
+  if (!stays_whole(body) || !s.any_prescribed || s.node_count() > kHeldFactorNodes) return false;
+  Stiffness stiffness;
+  stiffness.add(s);
+  return stiffness.value() >= kModesStiffness;
 }
 
 SolverKind IslandSystem::choose_without_factors() const {

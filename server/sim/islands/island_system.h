@@ -68,4 +68,8 @@ class IslandSystem {
   int blocks_ = 0, soft_blocks_ = 0;  // those of soft bodies come first
 };
 
+// Whether a body's factor is worth making with the world, for the steps in which nothing touches it: `automatic` takes it then.
+// body: its system assembled.
+bool is_worth_a_factor(const IslandBody& body);
+
 }  // namespace crumple::sim::islands

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace crumple::sim::linear_solver {
@@ -42,6 +44,7 @@ struct Cholesky::Impl {
   cholmod_common common;
   cholmod_factor* L = nullptr;
   Pattern pattern;
+  std::vector<int> analyzed_stage;
 
   explicit Impl(Ordering ordering) {
     cholmod_start(&common);
@@ -57,7 +60,18 @@ struct Cholesky::Impl {
     cholmod_finish(&common);
   }
 
-  bool factor(const Eigen::SparseMatrix<double>& A) {
+  // By minimum degree within the stages. Null: a build without CAMD.
+  cholmod_factor* analyze(cholmod_sparse& A, std::span<const int> stage) {
+    std::vector<int> order(stage.size());
+    if (!cholmod_camd(&A, nullptr, 0, const_cast<int*>(stage.data()), order.data(), &common)) return nullptr;
+    const int methods = std::exchange(common.nmethods, 1), ordering = std::exchange(common.method[0].ordering, CHOLMOD_GIVEN);
+    cholmod_factor* L = cholmod_analyze_p(&A, order.data(), nullptr, 0, &common);
+    common.method[0].ordering = ordering;
+    common.nmethods = methods;
+    return L;
+  }
+
+  bool factor(const Eigen::SparseMatrix<double>& A, std::span<const int> stage) {
     cholmod_sparse view{};
     view.nrow = view.ncol = static_cast<std::size_t>(A.rows());
     view.nzmax = static_cast<std::size_t>(A.nonZeros());
@@ -69,9 +83,11 @@ struct Cholesky::Impl {
     view.xtype = CHOLMOD_REAL;
     view.dtype = CHOLMOD_DOUBLE;
     view.sorted = view.packed = 1;
-    if (pattern.update(A) || !L) {
+    if (pattern.update(A) || !L || !std::ranges::equal(stage, analyzed_stage)) {
+      analyzed_stage.assign(stage.begin(), stage.end());
       cholmod_free_factor(&L, &common);
-      L = cholmod_analyze(&view, &common);
+      if (!stage.empty()) L = analyze(view, stage);
+      if (!L) L = cholmod_analyze(&view, &common);
       if (!L && common.nmethods == 1) {  // a build without METIS
         common.nmethods = 0;
         L = cholmod_analyze(&view, &common);
@@ -120,7 +136,7 @@ struct Cholesky::Impl {
 
   explicit Impl(Ordering) {}
 
-  bool factor(const Eigen::SparseMatrix<double>& A) {
+  bool factor(const Eigen::SparseMatrix<double>& A, std::span<const int>) {
     if (pattern.update(A)) ldlt.analyzePattern(A);
     ldlt.factorize(A);
     return ldlt.info() == Eigen::Success && ldlt.vectorD().minCoeff() > 0;
@@ -149,10 +165,11 @@ Cholesky::~Cholesky() = default;
 Cholesky::Cholesky(Cholesky&&) noexcept = default;
 Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;
 
-bool Cholesky::factor(const Eigen::SparseMatrix<double>& A) {
-  assert(A.rows() == A.cols() && A.isCompressed());
-  return A.rows() > 0 && all_finite(A) && impl_->factor(A);
+bool Cholesky::factor(const Eigen::SparseMatrix<double>& A, std::span<const int> stage) {
+  assert(A.rows() == A.cols() && A.isCompressed() && (stage.empty() || static_cast<Eigen::Index>(stage.size()) == A.rows()));
+  return A.rows() > 0 && all_finite(A) && impl_->factor(A, stage);
 }
+bool Cholesky::factor(const Eigen::SparseMatrix<double>& A) { return factor(A, {}); }
 bool Cholesky::factor(const BlockSparseMatrix<double>& A) { return factor(A.to_sparse()); }
 bool Cholesky::factor(const BlockSparseMatrix<float>& A) { return factor(A.to_sparse()); }
 

@@ -5,6 +5,7 @@
 #include <Eigen/SparseCore>
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace crumple::sim::linear_solver {
@@ -26,6 +27,9 @@ class Cholesky {
   [[nodiscard]] bool factor(const Eigen::SparseMatrix<double>& A);
   [[nodiscard]] bool factor(const BlockSparseMatrix<double>& A);
   [[nodiscard]] bool factor(const BlockSparseMatrix<float>& A);
+  // Unknowns of a lower stage are eliminated first, whatever the ordering; stage: one an unknown, of 0 .. n - 1. Where the build
+  // cannot do that, as without stages.
+  [[nodiscard]] bool factor(const Eigen::SparseMatrix<double>& A, std::span<const int> stage);
 
   // x = A^-1 b after a factor() that returned true.
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const;

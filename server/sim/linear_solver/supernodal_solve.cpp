@@ -5,9 +5,15 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
+#include <numeric>
 
 namespace crumple::sim::linear_solver {
 namespace {
+
+constexpr std::size_t kLeastValues = 40000;  // of a factor that is worth two branches: some 10 us to substitute
+constexpr double kWorthwhile = 0.8;           // longest share of them that is
+constexpr int kMostCuts = 200;                // of the tree, in search of the best
 
 int padded(int rows) { return (rows + 3) & ~3; }
 
@@ -61,12 +67,77 @@ SupernodalSolve::SupernodalSolve(const Cholesky& cholesky) {
     most = std::max(most, padded(count));
   }
   order_ = std::move(factor.order);
-  y_.resize(order_.size());
-  panel_.resize(most);
+  grow_branches();
+  y_.resize(order_.size() + branches_.size() * trunk_columns_.size());
+  for (Branch* branch : {&branches_[0], &branches_[1], &trunk_}) branch->scratch.resize(most);
+}
+
+// Starts with no trunk. As long as it pays, the heaviest tree loses its root to the trunk; what is left goes to the lighter branch,
+// heaviest first.
+void SupernodalSolve::grow_branches() {
+  const int count = static_cast<int>(panels_.size());
+  std::vector<int> panel_of(order_.size()), parent(count, -1);
+  for (int p = 0; p < count; ++p) std::fill_n(panel_of.begin() + panels_[p].first, panels_[p].width, p);
+  std::vector<std::size_t> own(count), whole(count);
+  std::vector<std::vector<int>> children(count);
+  std::vector<int> trees;
+  for (int p = 0; p < count; ++p) {
+    const Panel& panel = panels_[p];
+    own[p] = static_cast<std::size_t>(panel.width) * (panel.width + 1) / 2 + static_cast<std::size_t>(panel.width) * padded(panel.row_count);
+    whole[p] += own[p];
+    if (panel.row_count == 0) {
+      trees.push_back(p);
+      continue;
+    }
+    parent[p] = panel_of[rows_[panel.row_start]];  // after p: the tree's edges go up
+    children[parent[p]].push_back(p);
+    whole[parent[p]] += whole[p];
+  }
+  const std::size_t all = std::accumulate(own.begin(), own.end(), std::size_t{0});
+  const auto heavier = [&](int a, int b) { return whole[a] != whole[b] ? whole[a] > whole[b] : a < b; };
+
+  std::vector<int> branch_of(count, -1), best_trees;  // -1: the trunk
+  std::size_t trunk = 0, best = all;
+  for (int cut = 0; cut < kMostCuts && all >= kLeastValues && !trees.empty() && trunk < best; ++cut) {
+    std::ranges::sort(trees, heavier);
+    std::array<std::size_t, 2> work{};
+    for (const int tree : trees) work[work[1] < work[0]] += whole[tree];
+    if (const std::size_t longest = trunk + std::max(work[0], work[1]); longest < best) best = longest, best_trees = trees;
+    const int root = trees.front();
+    trees.erase(trees.begin());
+    trunk += own[root];
+    trees.insert(trees.end(), children[root].begin(), children[root].end());
+  }
+  if (static_cast<double>(best) > kWorthwhile * static_cast<double>(all)) best_trees.clear();
+  else longest_share_ = static_cast<double>(best) / static_cast<double>(all);
+  std::array<std::size_t, 2> work{};
+  for (const int tree : best_trees) {
+    const int to = work[1] < work[0];
+    work[to] += whole[tree];
+    branch_of[tree] = to;
+  }
+  for (int p = count - 1; p >= 0; --p)
+    if (branch_of[p] < 0 && parent[p] >= 0) branch_of[p] = branch_of[parent[p]];
+
+  std::vector<int> in_trunk(order_.size(), -1);
+  for (int p = 0; p < count; ++p) {
+    (branch_of[p] < 0 ? trunk_ : branches_[branch_of[p]]).panels.push_back(p);
+    if (branch_of[p] >= 0 || best_trees.empty()) continue;
+    for (int c = 0; c < panels_[p].width; ++c) {
+      in_trunk[panels_[p].first + c] = static_cast<int>(trunk_columns_.size());
+      trunk_columns_.push_back(panels_[p].first + c);
+    }
+  }
+  for (int b = 0; b < 2; ++b)
+    for (const int p : branches_[b].panels)
+      for (int r = 0; r < panels_[p].row_count; ++r) {
+        int& row = rows_[panels_[p].row_start + r];
+        if (in_trunk[row] >= 0) row = static_cast<int>(order_.size() + b * trunk_columns_.size()) + in_trunk[row];
+      }
 }
 
 // y := L^-1 y of the panel's columns, taken off the rows below.
-void SupernodalSolve::forward(const Panel& panel) {
+void SupernodalSolve::forward(const Panel& panel, std::vector<double>& scratch) {
   double* x = y_.data() + panel.first;
   const float* L = own_.data() + panel.own_start;
   for (int c = 0; c < panel.width; L += panel.width - 1 - c, ++c) {
@@ -74,26 +145,26 @@ void SupernodalSolve::forward(const Panel& panel) {
     for (int k = c + 1; k < panel.width; ++k) x[k] -= static_cast<double>(L[k - c - 1]) * x[c];
   }
   const int rows = padded(panel.row_count);
-  std::fill_n(panel_.begin(), rows, 0.0);
+  std::fill_n(scratch.begin(), rows, 0.0);
   const float* below = below_.data() + panel.below_start;
   const auto at = [&](int c) { return below + static_cast<std::ptrdiff_t>(c) * rows; };
-  by_columns(panel.width, [&](int c) { add_columns<4>(at(c), rows, x + c, panel_.data()); },
-             [&](int c) { add_columns<1>(at(c), rows, x + c, panel_.data()); });
+  by_columns(panel.width, [&](int c) { add_columns<4>(at(c), rows, x + c, scratch.data()); },
+             [&](int c) { add_columns<1>(at(c), rows, x + c, scratch.data()); });
   const int* row = rows_.data() + panel.row_start;
-  for (int r = 0; r < panel.row_count; ++r) y_[row[r]] -= panel_[r];
+  for (int r = 0; r < panel.row_count; ++r) y_[row[r]] -= scratch[r];
 }
 
 // y := L^-T y of the panel's columns, the rows below known.
-void SupernodalSolve::backward(const Panel& panel) {
+void SupernodalSolve::backward(const Panel& panel, std::vector<double>& scratch) {
   double* x = y_.data() + panel.first;
   const int rows = padded(panel.row_count);
   const int* row = rows_.data() + panel.row_start;
-  for (int r = 0; r < panel.row_count; ++r) panel_[r] = y_[row[r]];
-  std::fill(panel_.begin() + panel.row_count, panel_.begin() + rows, 0.0);
+  for (int r = 0; r < panel.row_count; ++r) scratch[r] = y_[row[r]];
+  std::fill(scratch.begin() + panel.row_count, scratch.begin() + rows, 0.0);
   const float* below = below_.data() + panel.below_start;
   const auto at = [&](int c) { return below + static_cast<std::ptrdiff_t>(c) * rows; };
-  by_columns(panel.width, [&](int c) { subtract_dots<4>(at(c), rows, panel_.data(), x + c); },
-             [&](int c) { subtract_dots<1>(at(c), rows, panel_.data(), x + c); });
+  by_columns(panel.width, [&](int c) { subtract_dots<4>(at(c), rows, scratch.data(), x + c); },
+             [&](int c) { subtract_dots<1>(at(c), rows, scratch.data(), x + c); });
   const float* L = own_.data() + panel.own_start + static_cast<std::size_t>(panel.width) * (panel.width - 1) / 2;
   for (int c = panel.width - 1; c >= 0; --c) {
     L -= panel.width - 1 - c;
@@ -102,11 +173,35 @@ void SupernodalSolve::backward(const Panel& panel) {
   }
 }
 
-void SupernodalSolve::solve(const double* b, double* x) {
-  for (int i = 0; i < size(); ++i) y_[i] = b[order_[i]];
-  for (const Panel& panel : panels_) forward(panel);
-  for (auto panel = panels_.rbegin(); panel != panels_.rend(); ++panel) backward(*panel);
-  for (int i = 0; i < size(); ++i) x[order_[i]] = y_[i];
+void SupernodalSolve::solve(const double* b, double* x, const ThreadPool& pool) {
+  const std::size_t columns = trunk_columns_.size();
+  double* const copies = y_.data() + order_.size();
+  const auto load = [&](const Panel& panel) {
+    for (int i = panel.first; i < panel.first + panel.width; ++i) y_[i] = b[order_[i]];
+  };
+  const auto store = [&](const Panel& panel) {
+    for (int i = panel.first; i < panel.first + panel.width; ++i) x[order_[i]] = y_[i];
+  };
+  const auto up = [&](int k, int) {
+    Branch& branch = branches_[k];
+    std::fill_n(copies + k * columns, columns, 0.0);
+    for (const int p : branch.panels) load(panels_[p]);
+    for (const int p : branch.panels) forward(panels_[p], branch.scratch);
+  };
+  const auto down = [&](int k, int) {
+    Branch& branch = branches_[k];
+    for (auto p = branch.panels.rbegin(); p != branch.panels.rend(); ++p) backward(panels_[*p], branch.scratch);
+    for (const int p : branch.panels) store(panels_[p]);
+  };
+  const int count = columns > 0 ? static_cast<int>(branches_.size()) : 0;
+  pool.for_chunks(count, 1, std::cref(up));
+  for (const int p : trunk_.panels) load(panels_[p]);
+  for (std::size_t c = 0; c < columns; ++c) y_[trunk_columns_[c]] += copies[c] + copies[columns + c];
+  for (const int p : trunk_.panels) forward(panels_[p], trunk_.scratch);
+  for (auto p = trunk_.panels.rbegin(); p != trunk_.panels.rend(); ++p) backward(panels_[*p], trunk_.scratch);
+  for (std::size_t c = 0; c < columns; ++c) copies[c] = copies[columns + c] = y_[trunk_columns_[c]];
+  pool.for_chunks(count, 1, std::cref(down));
+  for (const int p : trunk_.panels) store(panels_[p]);
 }
 
 }  // namespace crumple::sim::linear_solver

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "server/sim/fem/bdf2.h"
 #include "server/sim/islands/island_preconditioner.h"
 #include "tests/sim/islands/soft_scene.h"
 
@@ -70,7 +71,7 @@ TEST(WarpedFactor, IsTheWholeInverseWhereABodyHasOnlyTurned) {
     const VectorXd x = VectorXd::Random(3 * scene.soft[0].mesh.node_count());
     VectorXd Ax(x.size()), z(x.size());
     scene.soft[0].system.multiply(x, Ax, *scene.pool);
-    factor.apply(Ax, z);
+    factor.apply(Ax, z, *scene.pool);
     EXPECT_LT((z - x).norm(), 3e-3 * x.norm()) << young;  // L in single precision times a condition of up to 1e5
   }
 }
@@ -88,7 +89,7 @@ TEST(WarpedFactor, IsSymmetricAndPositiveDefiniteForAnyPositionsOfTheNodes) {
   Eigen::MatrixXd M(n, n);
   VectorXd z(n);
   for (int k = 0; k < n; ++k) {
-    factor.apply(VectorXd::Unit(n, k), z);
+    factor.apply(VectorXd::Unit(n, k), z, *scene.pool);
     M.col(k) = z;
   }
   EXPECT_LT((M - M.transpose()).norm(), 1e-12 * M.norm());
@@ -154,6 +155,32 @@ TEST(WarpedFactor, IsWhatAutomaticIsForSmallStiffBodiesThatNothingTouches) {
   EXPECT_EQ(chosen({4, 4, 4}, 1e7, false, false), SolverKind::rigid_modes);
   EXPECT_EQ(chosen({4, 4, 4}, 1e2, false, true), SolverKind::jacobi);
   EXPECT_EQ(chosen({16, 6, 6}, 1e7, false, true), SolverKind::multigrid);
+}
+
+TEST(WarpedFactor, IsWhatAutomaticIsForLargerHeldOnesIfItWasMadeBefore) {
+  struct Case {
+    std::array<int, 3> cells;
+    double young;
+    bool held, breakable, worth;
+  };
+  for (const Case& c : {Case{{16, 4, 4}, 1e7, true, false, true}, Case{{16, 4, 4}, 1e7, false, false, false},
+                        Case{{16, 4, 4}, 1e7, true, true, false}, Case{{16, 4, 4}, 1e2, true, false, false},
+                        Case{{16, 8, 8}, 1e7, true, false, false}}) {
+    SoftScene scene = beam(c.cells, c.young, c.held);
+    SoftBody& body = scene.soft[0];
+    body.rest.material.breakable = c.breakable;
+    const std::vector<IslandBody> bodies = scene.assemble();
+    const CompositeIsland island = composite_islands(bodies, scene.rows).at(0);
+    const auto chosen = [&] { return IslandSystem(island, bodies).choose(SolverKind::automatic); };
+    EXPECT_EQ(is_worth_a_factor(bodies[0]), c.worth) << body.mesh.node_count();
+    if (!c.worth) continue;
+    EXPECT_EQ(chosen(), SolverKind::multigrid);
+    body.factor.make(body.rest, body.mesh.X, body.system, fem::bdf2_scale(scene.dt), *scene.pool);
+    EXPECT_EQ(chosen(), SolverKind::multigrid);
+    body.factor.make(body.rest, body.mesh.X, body.system, body.system.scale, *scene.pool);
+    EXPECT_EQ(chosen(), SolverKind::warped_factor);
+    EXPECT_EQ(body.factor.factored(), 2);
+  }
 }
 
 TEST(WarpedFactor, IsMadeOnceForEachFormulaAndKept) {

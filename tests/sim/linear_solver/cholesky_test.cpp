@@ -37,6 +37,22 @@ TEST(Cholesky, TakesAnotherPatternAndOtherValues) {
   EXPECT_NEAR(direct.solve(Eigen::VectorXd::Ones(50))[0], 12.5, 1e-11);
 }
 
+// A chain in two halves: every factor of it has one entry a column below the diagonal but for the last unknown's neighbours.
+TEST(Cholesky, TakesStagesAndTakesThemAnew) {
+  const int n = 101;
+  std::vector<int> stage(n, 0);
+  for (int i = n / 2; i < n; ++i) stage[i] = i == n / 2 ? 2 : 1;
+  Cholesky direct;
+  for (const std::vector<int>& stages : {std::vector<int>(n, 0), stage, std::vector<int>{}}) {
+    ASSERT_TRUE(direct.factor(chain(n), stages));
+    const Eigen::VectorXd u = direct.solve(Eigen::VectorXd::Ones(n));
+    for (int i = 0; i < n; ++i) EXPECT_NEAR(u[i], 0.5 * (i + 1) * (n - i), 1e-9);
+#ifdef CRUMPLE_HAVE_CHOLMOD
+    if (!stages.empty() && stages[n / 2] == 2) EXPECT_EQ(direct.copy_factor().order.back(), n / 2);
+#endif
+  }
+}
+
 TEST(Cholesky, IndefiniteMatrixIsReportedAndTheNextOneSolved) {
   Cholesky direct;
   EXPECT_FALSE(direct.factor(chain(50, 0.1)));  // smallest eigenvalue of the chain: 0.0038
