@@ -78,7 +78,6 @@ Result<BeamSystem> make_system(const RooflineOptions& options) {
   beam.state.x = X;
   for (Vec3& x : beam.state.x) x.y() -= 0.02 * x.x() * x.x();
   beam.state.v.assign(X.size(), Vec3(0, -0.1, 0));
-  beam.state.plastic_strain.assign(beam.rest.point_count(), Mat3::Zero());
   beam.f_ext = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(X.size()));
   for (const int node : model.motions.front().nodes) beam.held.push_back({node, Vec3::Zero()});
   const sim::ThreadPool pool(1);
@@ -102,7 +101,7 @@ Traffic assembly_traffic(const BeamSystem& beam) {
   const fem::RestBody& rest = beam.rest;
   const double blocks = sizeof(Mat3) * 2.0 * s.connectivity.edge_count();
   const double vectors = sizeof(Vec3) * static_cast<double>(s.node_count());
-  const double element_in = bytes_of(beam.tets) + bytes_of(rest.beta) + bytes_of(rest.core) + bytes_of(beam.state.plastic_strain);
+  const double element_in = bytes_of(beam.tets) + bytes_of(rest.beta) + bytes_of(rest.volume) + bytes_of(rest.fill) + bytes_of(beam.state.plastic_strain);
   const double element_out = bytes_of(s.elements.Q) + bytes_of(s.elements.sigma) + bytes_of(s.elements.force) + bytes_of(s.elements.core);
   const double read_again = bytes_of(s.elements.force) + bytes_of(s.elements.core) + blocks;
   const double lists = bytes_of(s.connectivity.edge_corners) + bytes_of(s.connectivity.edge_start) + bytes_of(s.edge_blocks) +

@@ -136,6 +136,8 @@ Result<sim::TetMesh> box_mesh(const BoxLattice& box) {
         return builder.add_bcc_cell(c);
     }
   });
+  builder.mesh.X.shrink_to_fit();
+  builder.mesh.tets.shrink_to_fit();
   return std::move(builder.mesh);
 }
 

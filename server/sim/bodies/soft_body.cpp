@@ -51,7 +51,7 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
     soft.material_rotation_.push_back(soft.rest.material_at(k).rotation);
     soft.value_scale_.push_back(drawn_stress(soft.rest.material_at(k)));
   }
-  soft.state.plastic_strain.assign(soft.rest.point_count(), Mat3::Zero());
+  if (soft.rest.yields()) soft.state.plastic_strain.assign(soft.rest.point_count(), Mat3::Zero());
   for (const Vec3& X : mesh.X) {
     const Vec3 x = body.pose * X;
     soft.state.x.push_back(x);
@@ -73,7 +73,7 @@ Result<SoftBody> SoftBody::make(BodyId id, const BodyDescription& body, const Fe
     }
     soft.driven_.push_back(std::move(driven));
   }
-  soft.stars_ = NodeStars(soft.tets, soft.node_count());
+  if (soft.rest.breakable()) soft.stars_ = NodeStars(soft.tets, soft.node_count());
   soft.rigid_fragment_tets_ = soft.rest.breakable() ? model.rigid_fragments : 0;
   if (model.self_contact) soft.self_contact.emplace();
   soft.follow_tets();

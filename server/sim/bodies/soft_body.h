@@ -210,7 +210,7 @@ class SoftBody {
   int rigid_fragment_tets_ = 0;                 // largest piece that leaves as a rigid one
   bool may_part_ = false;                       // some piece may leave, now or when it has calmed down
   bool whole_ahead_ = false;                    // fracture_ahead found nothing at the end of this step
-  NodeStars stars_;
+  NodeStars stars_;                             // of a body that can break
   fracture::FractureScratch fracture_scratch_;
 };
 

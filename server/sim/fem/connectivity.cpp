@@ -20,6 +20,12 @@ void collect_edge_corners(const ElementNodes& elements, Connectivity& c) {
   std::vector<int> element_of(elements.nodes.size());
   for (std::size_t e = 0; e + 1 < elements.start.size(); ++e)
     std::fill(element_of.begin() + elements.start[e], element_of.begin() + elements.start[e + 1], static_cast<int>(e));
+  std::size_t pairs = 0;
+  for (std::size_t e = 0; e + 1 < elements.start.size(); ++e) {
+    const std::size_t n = elements.start[e + 1] - elements.start[e];
+    pairs += n * (n - 1) / 2;
+  }
+  c.edge_corners.reserve(pairs);
   // Bucketed by the lower node (its corners come in mesh order), then sorted within the few of one node.
   std::vector<std::uint64_t> at_node;  // upper node, pair of corners
   for (int i = 0; i < c.node_count(); ++i) {
@@ -42,6 +48,8 @@ void collect_edge_corners(const ElementNodes& elements, Connectivity& c) {
     }
   }
   c.edge_start.push_back(static_cast<int>(c.edge_corners.size()));
+  c.edge_start.shrink_to_fit();  // kept for long
+  c.edges.shrink_to_fit();
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ bool update_element_quad(const RestBody& rest, const std::vector<Tet>& tets, int
   const QuadMatrix F = product(edge_matrices(tets, t, x), beta);
   QuadLaw law;
   law.set_materials(rest, [&](int lane) { return t + lane; });
-  if (!law.update(F, load(&plastic_strain[t]))) return false;
+  if (!law.update(F, load(four_plastic_strains(plastic_strain, t)))) return false;
   // c_i = -sqrt(fill V) beta^T e_i, f_i = fill Q sigma n_i / 3 = sqrt(fill V) Q sigma c_i
   const Quad scale = load_four(&rest.fill[t]) * load_four(&rest.volume[t]), root = square_root(scale);
   QuadMatrix turn = law.Q, P = product(law.Q, law.stress);

@@ -28,8 +28,9 @@ double update_element(const RestBody& rest, int t, const Mat34& x, const Mat3& p
   const Mat3 P = std::sqrt(rest.fill[t] * rest.volume[t]) * (Q * stress);
   e.Q[t] = Q;
   e.sigma[t] = sigma;
-  e.core[t].rightCols<3>() = Q * rest.core[t].rightCols<3>();
-  e.force[t].rightCols<3>() = P * rest.core[t].rightCols<3>();
+  const Mat34 core = rest.core(t);
+  e.core[t].rightCols<3>() = Q * core.rightCols<3>();
+  e.force[t].rightCols<3>() = P * core.rightCols<3>();
   // Normals of a closed surface sum to zero; so, exactly, do these.
   e.core[t].col(0) = -e.core[t].rightCols<3>().rowwise().sum();
   e.force[t].col(0) = -e.force[t].rightCols<3>().rowwise().sum();
@@ -45,7 +46,7 @@ void add_tet_stiffness(const RestBody& rest, const std::vector<Tet>& tets, const
     const Mat3 Q = rotation(deformation_gradient(x_t, tet.beta), rest.material_of(t).rotation);
     Mat12 K;
     if (tangent == Tangent::exact) {
-      K = exact_stiffness(tet, lame, x_t, Q, plastic_strain[t]);
+      K = exact_stiffness(tet, lame, x_t, Q, plastic_strain_at(plastic_strain, t));
     } else {
       for (int a = 0; a < 4; ++a)
         for (int b = 0; b < 4; ++b) K.block<3, 3>(3 * a, 3 * b) = stiffness_block(tet, lame, Q, a, b);
@@ -92,7 +93,7 @@ Mat34 element_normals(const RestBody& rest, const Elements& elements, int t) {
 }
 
 Mat3 element_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_strain, int t) {
-  return rest.grouped() ? tet_plastic_strain(rest, plastic_strain, t) : plastic_strain[t];
+  return rest.grouped() ? tet_plastic_strain(rest, plastic_strain, t) : plastic_strain_at(plastic_strain, t);
 }
 
 void Elements::resize(int tet_count) {
@@ -112,7 +113,7 @@ Mat3 element_strain(const RestBody& rest, int t, const Mat34& x, const Mat3& Q) 
 void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                      const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, Elements& elements) {
   assert(static_cast<int>(tets.size()) == rest.tet_count());
-  assert(static_cast<int>(plastic_strain.size()) == rest.point_count());
+  assert(plastic_strain.empty() || static_cast<int>(plastic_strain.size()) == rest.point_count());
   if (rest.grouped()) return update_macros(rest, tets, x, plastic_strain, pool, elements.macros);
   elements.resize(rest.tet_count());
   const auto body = [&](int begin, int end) {
@@ -122,7 +123,7 @@ void update_elements(const RestBody& rest, const std::vector<Tet>& tets, const s
       if (t + 4 <= end && update_element_quad(rest, tets, t, x, plastic_strain, elements, energy)) continue;  // none of these is inverted
       for (int k = t; k < std::min(t + 4, end); ++k) {
         const Mat34 x_k = gather(x, tets[k]);
-        energy += update_element(rest, k, x_k, plastic_strain[k], elements);
+        energy += update_element(rest, k, x_k, plastic_strain_at(plastic_strain, k), elements);
         inverted += is_inverted(x_k);
       }
     }
@@ -185,7 +186,7 @@ double elastic_energy(const RestBody& rest, const std::vector<Tet>& tets, const 
   for (int t = 0; t < rest.tet_count(); ++t) {
     const Mat34 x_t = gather(x, tets[t]);
     const Mat3 Q = rotation(deformation_gradient(x_t, rest.beta[t]), rest.material_of(t).rotation);
-    const Mat3 elastic = element_strain(rest, t, x_t, Q) - plastic_strain[t];
+    const Mat3 elastic = element_strain(rest, t, x_t, Q) - plastic_strain_at(plastic_strain, t);
     energy += rest.fill[t] * rest.volume[t] * energy_density(rest.lame_of(t), elastic);
   }
   return energy;

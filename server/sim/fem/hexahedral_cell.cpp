@@ -207,8 +207,9 @@ void regroup_cells(const std::vector<Tet>& tets, std::span<const int> before, Re
   made.hexahedra = made.count();
   for (int t = 0; t < static_cast<int>(tets.size()); ++t) {
     if (cells.shape[t] != kNone) continue;
+    const Mat34 columns = rest.core(t);
     std::array<Vec3, 4> core;
-    for (int a = 0; a < 4; ++a) core[a] = rest.core[t].col(a);
+    for (int a = 0; a < 4; ++a) core[a] = columns.col(a);
     append(std::span(&t, 1), rest.fill[t] * rest.volume[t], tets[t], core, made);
   }
   rest.macros = std::move(made);

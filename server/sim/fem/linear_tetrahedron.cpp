@@ -15,6 +15,8 @@ Mat3 clamp_singular_values(const Mat3& beta, double limit) {
   return svd.matrixU() * svd.singularValues().cwiseMin(limit).asDiagonal() * svd.matrixV().transpose();
 }
 
+}  // namespace
+
 // The rows of beta' are the gradients of the shape functions of nodes 2 to 4, and n_i = -3 V grad N_i.
 Mat34 area_weighted_normals(const Mat3& beta, double volume) {
   Mat34 normals;
@@ -22,8 +24,6 @@ Mat34 area_weighted_normals(const Mat3& beta, double volume) {
   normals.col(0) = -normals.rightCols<3>().rowwise().sum();
   return normals;
 }
-
-}  // namespace
 
 RestTet make_rest_tet(const Mat34& X, double clamp_limit, double fill) {
   const Mat3 D_u = edge_matrix(X);

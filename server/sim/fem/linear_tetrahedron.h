@@ -25,6 +25,9 @@ struct RestTet {
 // X: rest positions in the columns, positive volume. clamp_limit [1/m], infinity: never clamp.
 RestTet make_rest_tet(const Mat34& X, double clamp_limit, double fill = 1);
 
+// n_i of a tet of that volume and basis matrix (beta' where there is one).
+Mat34 area_weighted_normals(const Mat3& beta, double volume);
+
 // D_x (or D_u, D_v): columns x_2 - x_1, x_3 - x_1, x_4 - x_1.
 inline Mat3 edge_matrix(const Mat34& x) { return x.rightCols<3>().colwise() - x.col(0); }
 

@@ -18,6 +18,7 @@ std::vector<int> regroup(const std::vector<Tet>& tets, RestBody& rest) {
 
 std::vector<Mat3> inherited(const std::vector<Mat3>& plastic_strain, const std::vector<int>& before) {
   std::vector<Mat3> of_parts;
+  if (plastic_strain.empty()) return of_parts;
   of_parts.reserve(before.size());
   for (const int d : before) of_parts.push_back(plastic_strain[d]);
   return of_parts;

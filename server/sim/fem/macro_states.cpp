@@ -104,9 +104,10 @@ void update_split_tets(const RestBody& rest, const std::vector<Tet>& tets, const
     e.tet_share[t] = share;
     e.tet_Q[t] = Q;
     e.tet_sigma[t] = sigma;
+    const Mat34 core = rest.core(t);
     for (int a = 0; a < 4; ++a) {
-      e.core[corners + 4 * t + a] = std::sqrt(share) * (Q * rest.core[t].col(a));
-      e.force[corners + 4 * t + a] = P * rest.core[t].col(a);
+      e.core[corners + 4 * t + a] = std::sqrt(share) * (Q * core.col(a));
+      e.force[corners + 4 * t + a] = P * core.col(a);
     }
   }
 }
@@ -142,7 +143,7 @@ void resize(const RestBody& rest, MacroStates& e) {
 void update_macros(const RestBody& rest, const std::vector<Tet>& tets, const std::vector<Vec3>& x,
                    const std::vector<Mat3>& plastic_strain, const ThreadPool& pool, MacroStates& e) {
   const MacroElements& o = rest.macros;
-  assert(static_cast<int>(plastic_strain.size()) == o.count());
+  assert(plastic_strain.empty() || static_cast<int>(plastic_strain.size()) == o.count());
   resize(rest, e);
   const auto body = [&](int begin, int end) {
     for (int d = begin; d < end;) {
@@ -150,7 +151,7 @@ void update_macros(const RestBody& rest, const std::vector<Tet>& tets, const std
         d += 4;
         continue;
       }
-      for (const int stop = std::min(d + 4, end); d < stop; ++d) update_element(rest, tets, x, plastic_strain[d], d, e);
+      for (const int stop = std::min(d + 4, end); d < stop; ++d) update_element(rest, tets, x, plastic_strain_at(plastic_strain, d), d, e);
     }
   };
   pool.for_chunks(o.count(), kPerChunk, std::cref(body));
@@ -194,11 +195,12 @@ Mat34 tet_normals(const RestBody& rest, const MacroStates& e, int t) {
     const int d = rest.macros.of_tet[2 * t + k];
     mean += 0.5 * (e.split[d] ? e.tet_Q[t] : e.Q[d]);
   }
-  return 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * mean * rest.core[t];
+  return 3 * std::sqrt(rest.volume[t] * rest.fill[t]) * mean * rest.core(t);
 }
 
 Mat3 tet_plastic_strain(const RestBody& rest, const std::vector<Mat3>& plastic_strain, int t) {
-  return 0.5 * (plastic_strain[rest.macros.of_tet[2 * t]] + plastic_strain[rest.macros.of_tet[2 * t + 1]]);
+  const auto at = [&](int slot) -> const Mat3& { return plastic_strain_at(plastic_strain, rest.macros.of_tet[slot]); };
+  return 0.5 * (at(2 * t) + at(2 * t + 1));
 }
 
 double macro_energy(const RestBody& rest, const MacroStates& e) {
@@ -235,7 +237,7 @@ void add_macro_stiffness(const RestBody& rest, const std::vector<Tet>& tets, con
   for (int d = 0; d < o.count(); ++d) {
     const Lame& lame = rest.lame_of(o.first_tet(d));
     Mat9 A;
-    if (exact) A = first_piola_derivative(lame, e.Q[d], mean_gradient(o, d, x), plastic_strain[d]);
+    if (exact) A = first_piola_derivative(lame, e.Q[d], mean_gradient(o, d, x), plastic_strain_at(plastic_strain, d));
     const bool bends = d < o.hexahedra && !e.split[d];
     Eigen::Matrix<double, 24, 24> bent;
     if (bends && exact) bent = exact_hexahedron_stiffness(o, d, e.Y[d], e.Q[d], mean_gradient(o, d, x));

@@ -1,5 +1,6 @@
 #include "server/sim/fem/octahedron_quad.h"
 
+#include "server/sim/fem/fem_state.h"
 #include "server/sim/fem/quad_law.h"
 #include "server/sim/fem/smoothed_octahedron.h"
 
@@ -59,7 +60,7 @@ bool update_octahedron_quad(const RestBody& rest, const std::vector<Vec3>& x, co
       for (int a = 1; a < kClosedCorners - 1; ++a) sum = multiply_add(r[a][i], c[a + 1][j], sum);
       F(i, j) = to_gradient * sum;
     }
-  if (!law.update(F, load(&plastic_strain[d]))) return false;
+  if (!law.update(F, load(four_plastic_strains(plastic_strain, d)))) return false;
   QuadMatrix P = product(law.Q, law.stress);
   for (Quad& p : P.m) p *= root;
 

@@ -30,12 +30,17 @@ double mean_edge_length(const TetMesh& mesh) {
 }
 
 void append(RestBody& rest, const RestTet& tet) {
+  if (tet.clamped && rest.beta_clamped.empty()) {  // the first
+    rest.beta_clamped = rest.beta;
+    rest.rest_gradient.assign(rest.beta.size(), Mat3::Identity());
+  }
+  if (tet.clamped || !rest.beta_clamped.empty()) {
+    rest.beta_clamped.push_back(tet.beta_clamped);
+    rest.rest_gradient.push_back(tet.rest_gradient);
+  }
   rest.beta.push_back(tet.beta);
-  rest.core.push_back(std::sqrt(tet.fill / (9 * tet.volume)) * tet.normals);
   rest.volume.push_back(tet.volume);
   rest.fill.push_back(tet.fill);
-  rest.beta_clamped.push_back(tet.beta_clamped);
-  rest.rest_gradient.push_back(tet.rest_gradient);
 }
 
 void add_regions(std::span<const MaterialRegion> regions, RestBody& rest) {
@@ -116,7 +121,11 @@ double RestBody::patch_lambda(int id) const {
 
 double RestBody::mass() const { return std::accumulate(node_mass.begin(), node_mass.end(), 0.0); }
 
-Vec3 RestBody::normal(int t, int i) const { return std::sqrt(9 * volume[t] / fill[t]) * core[t].col(i); }
+Mat34 RestBody::core(int t) const {
+  return std::sqrt(fill[t] / (9 * volume[t])) * area_weighted_normals(beta_clamped.empty() ? beta[t] : beta_clamped[t], volume[t]);
+}
+
+Vec3 RestBody::normal(int t, int i) const { return std::sqrt(9 * volume[t] / fill[t]) * core(t).col(i); }
 
 Mat34 RestBody::gradients(int t) const {
   Mat34 g;
@@ -131,7 +140,7 @@ RestTet RestBody::tet(int t) const {
   tet.clamped = clamped(t);
   tet.beta_clamped = tet.clamped ? beta_clamped[t] : beta[t];
   if (tet.clamped) tet.rest_gradient = rest_gradient[t];
-  tet.normals = std::sqrt(9 * volume[t] / fill[t]) * core[t];
+  tet.normals = std::sqrt(9 * volume[t] / fill[t]) * core(t);
   tet.volume = volume[t];
   tet.fill = fill[t];
   return tet;
@@ -153,16 +162,11 @@ Result<RestBody> make_rest_body(const TetMesh& mesh, const FemMaterial& material
   rest.lame = lame_constants(material.young, material.poisson);
   rest.mean_edge = mean_edge_length(mesh);
   const double limit = clamp_limit > 0 ? clamp_limit : kDefaultClamp / rest.mean_edge;
-  bool any_clamped = false;
-  for (int t = 0; t < mesh.tet_count(); ++t) {
-    const RestTet tet = make_rest_tet(gather(mesh.X, mesh.tets[t]), limit, mesh.fill.empty() ? 1 : mesh.fill[t]);
-    any_clamped |= tet.clamped;
-    append(rest, tet);
-  }
-  if (!any_clamped) {
-    rest.beta_clamped = {};
-    rest.rest_gradient = {};
-  }
+  rest.beta.reserve(mesh.tet_count());
+  rest.volume.reserve(mesh.tet_count());
+  rest.fill.reserve(mesh.tet_count());
+  for (int t = 0; t < mesh.tet_count(); ++t)
+    append(rest, make_rest_tet(gather(mesh.X, mesh.tets[t]), limit, mesh.fill.empty() ? 1 : mesh.fill[t]));
   add_regions(regions, rest);
   update_node_mass(rest, mesh.tets, mesh.node_count());
   if (element == ElementKind::smoothed_octahedra) {
@@ -191,7 +195,6 @@ namespace {
 void for_each_tet_array(auto&& look) {
   look([](auto& rest) -> auto& { return rest.material_id; });
   look([](auto& rest) -> auto& { return rest.beta; });
-  look([](auto& rest) -> auto& { return rest.core; });
   look([](auto& rest) -> auto& { return rest.volume; });
   look([](auto& rest) -> auto& { return rest.fill; });
   look([](auto& rest) -> auto& { return rest.beta_clamped; });

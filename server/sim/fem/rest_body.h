@@ -39,9 +39,6 @@ struct RestBody {
   std::vector<Other> others;
   std::vector<std::uint16_t> material_id;
   std::vector<Mat3> beta;          // D_u^-1, eq. 1 [1/m]
-  std::vector<Mat34> core;         // c_i = sqrt(fill / (9 V)) n_i [sqrt(m)]: the constant core of eq. 2 as its factors,
-                                   // K_ij = Q (lambda c_i c_j^T + mu (c_i . c_j) I + mu c_j c_i^T) Q^T; rotating 4
-                                   // factors costs a tenth of rotating 10 cached products, and gives the forces too
   std::vector<double> volume;      // V [m^3]
   std::vector<double> fill;        // [-]
   std::vector<Mat3> beta_clamped;  // beta', and D_u beta': both empty in a body without a clamped tet
@@ -74,6 +71,10 @@ struct RestBody {
   bool dusty() const;      // likewise
   double tet_mass(int t) const { return material_of(t).density * fill[t] * volume[t]; }  // [kg]
   double mass() const;              // [kg]
+  // c_i = sqrt(fill / (9 V)) n_i [sqrt(m)]: the constant core of eq. 2 as its factors,
+  // K_ij = Q (lambda c_i c_j^T + mu (c_i . c_j) I + mu c_j c_i^T) Q^T; rotating 4 factors costs a tenth of rotating 10 cached
+  // products, and gives the forces too.
+  Mat34 core(int t) const;
   Mat34 gradients(int t) const;     // g_a of F = sum x_a g_a^T, of the true basis [1/m]
   RestTet tet(int t) const;         // everything of one tet, by value
   Vec3 normal(int t, int i) const;  // n_i [m^2]

@@ -103,11 +103,11 @@ void append(const std::vector<Tet>& tets, const RestBody& rest, const Group& gro
     const int t = slot / 2;
     o.of_tet[slot] = o.count();
     o.tets.push_back(t);
-    const Mat34 local = rest_nodes(rest, t);
+    const Mat34 local = rest_nodes(rest, t), core = rest.core(t);
     const Vec3 end = local.col(static_cast<int>(std::ranges::find(tets[t], group.edge[0]) - tets[t].begin()));
     for (int a = 0; a < 4; ++a) {
       const int at = corner_of(tets[t][a]);
-      o.core[first + at] += 0.5 * std::sqrt(rest.fill[t] * rest.volume[t] / volume) * rest.core[t].col(a);
+      o.core[first + at] += 0.5 * std::sqrt(rest.fill[t] * rest.volume[t] / volume) * core.col(a);
       X[at] = local.col(a) - end;
     }
   }

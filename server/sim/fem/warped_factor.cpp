@@ -20,7 +20,7 @@ constexpr int kNodesPerTurn = 256;
 Eigen::SparseMatrix<double> matrix_at_rest(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system,
                                            const StepSystem::Scale& scale, const ThreadPool& pool) {
   const int n = system.node_count();
-  const FemState at_rest{X, std::vector<Vec3>(n, Vec3::Zero()), std::vector<Mat3>(rest.point_count(), Mat3::Zero())};
+  const FemState at_rest{X, std::vector<Vec3>(n, Vec3::Zero()), {}};
   std::vector<PrescribedNode> prescribed;
   for (int i = 0; i < n; ++i)
     if (system.prescribed[i]) prescribed.push_back({i, Vec3::Zero()});

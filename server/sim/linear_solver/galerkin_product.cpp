@@ -91,6 +91,7 @@ void GalerkinProduct::find_pattern(const LevelGraph& fine, const LevelTransfer& 
     }
     row_start.push_back(static_cast<int>(columns.size()));
   }
+  if (!before) columns.shrink_to_fit();  // kept for long
   A_c = BlockSparseMatrix<float>::from_pattern(std::move(row_start), std::move(columns));
 }
 
@@ -150,6 +151,7 @@ void GalerkinProduct::find_terms(const LevelGraph& fine, const LevelTransfer& t,
     each_term([&](int s, const Term& term) { terms_[base + count[s]++] = term; });
   }
   term_start_.push_back(static_cast<int>(terms_.size()));
+  if (!before) terms_.shrink_to_fit();  // kept for long
 }
 
 void GalerkinProduct::update(const float* values, std::span<const Mat3> diagonal, BlockSparseMatrix<float>& A_c, const ThreadPool& pool) const {

@@ -44,7 +44,7 @@ TEST(ElementQuad, EqualsTheFormulasOfOneTet) {
     EXPECT_LT((elements.sigma[t] - sigma).norm(), 1e-12 * sigma.norm());
     const Mat34 force = nodal_forces(tet, Q, sigma);
     EXPECT_LT((elements.force[t] - force).norm(), 1e-12 * force.norm());
-    EXPECT_LT((elements.core[t] - Q * rest.core[t]).norm(), 1e-13 * rest.core[t].norm());
+    EXPECT_LT((elements.core[t] - Q * rest.core(t)).norm(), 1e-13 * rest.core(t).norm());
   }
   const double energy = elastic_energy(rest, body.mesh.tets, body.state.x, body.state.plastic_strain);
   ASSERT_EQ(rest.tet_count() % 4, 0);
