@@ -13,6 +13,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kNodesPerChunk = 64;
+constexpr double kLeastDeterminant = 0.1;  // of a mean of rotations that is near to one
 constexpr std::size_t kSamples = 6;  // elements a node, at most twice as many
 constexpr int kNodesPerTurn = 256;
 
@@ -104,8 +105,8 @@ bool WarpedFactor::update(const RestBody& rest, const std::vector<Vec3>& X, cons
   return true;
 }
 
-// The rotation nearest in direction to the mean of a few elements' matrices: of its trace and its antisymmetric part, as a quaternion.
-// Elements turned half around from each other may cancel.
+// The rotation in the mean of a few elements' matrices: one step towards its polar factor, which leaves the square of what it is off,
+// then what a quaternion makes of that. Elements turned half around from each other may cancel.
 void WarpedFactor::find_rotations(const RestBody& rest, const StepSystem& system, const ThreadPool& pool) {
   const int n = system.node_count();
   R_.resize(n);
@@ -120,9 +121,9 @@ void WarpedFactor::find_rotations(const RestBody& rest, const StepSystem& system
         weight += volume;
         add_rotation(rest, system, star[k], volume, sum);
       }
-      const Quat mean(Mat3(sum / weight));
-      const double size = mean.norm();
-      R_[i] = size > 0 && std::isfinite(size) ? Quat(mean.coeffs() / size).toRotationMatrix() : Mat3::Identity();
+      const Mat3 mean = sum / weight;
+      R_[i] = mean.determinant() > kLeastDeterminant ? Quat(Mat3(0.5 * (mean + mean.inverse().transpose()))).normalized().toRotationMatrix()
+                                                     : Mat3::Identity();
     }
   };
   pool.for_chunks(n, kNodesPerChunk, std::cref(nodes));

@@ -10,7 +10,7 @@
 namespace crumple::sim::fem {
 
 // Preconditioner z = R (L L^T)^-1 R^T r of a body whose tets stay as they are: L L^T is the Cholesky factor of the step's matrix as
-// it would be with every node at rest, R a rotation a node, the mean of those of the elements around it. Where a piece has
+// it would be with every node at rest, R a rotation a node, the mean of those of some of the elements around it. Where a piece has
 // only turned that is the matrix itself; where it is bent, nearly: the elements of a node turn almost alike. R is a rotation
 // whatever the elements do, inverted ones too, so that the map stays symmetric positive definite.
 // A factor is made once for each formula (dt, integrator) and set of prescribed nodes, and the last kMostKept are kept. What is kept

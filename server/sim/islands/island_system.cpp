@@ -152,7 +152,8 @@ void IslandSystem::append_to(std::vector<Eigen::Triplet<double>>& entries) const
   }
 }
 
-// Where nothing touches a small stiff body that is whole and stays so, its factor: making one pays over hundreds of steps.
+// Where nothing touches a stiff body that is whole and stays so, its factor, if it is small or its factor is there: making one pays over
+// hundreds of steps.
 // Where a large piece is stiff, multigrid: block-Jacobi needs many iterations there. Where pieces are small, what those
 // iterations go into is the motion of pieces as a whole. Soft and light ones are block-Jacobi's.
 SolverKind IslandSystem::choose(SolverKind wanted) const {

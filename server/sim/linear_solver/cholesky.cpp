@@ -60,7 +60,7 @@ struct Cholesky::Impl {
     cholmod_finish(&common);
   }
 
-  // By minimum degree within the stages. Null: a build without CAMD.
+  // By minimum degree within the stages. Null: not enough memory.
   cholmod_factor* analyze(cholmod_sparse& A, std::span<const int> stage) {
     std::vector<int> order(stage.size());
     if (!cholmod_camd(&A, nullptr, 0, const_cast<int*>(stage.data()), order.data(), &common)) return nullptr;

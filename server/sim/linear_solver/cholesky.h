@@ -27,8 +27,8 @@ class Cholesky {
   [[nodiscard]] bool factor(const Eigen::SparseMatrix<double>& A);
   [[nodiscard]] bool factor(const BlockSparseMatrix<double>& A);
   [[nodiscard]] bool factor(const BlockSparseMatrix<float>& A);
-  // Unknowns of a lower stage are eliminated first, whatever the ordering; stage: one an unknown, of 0 .. n - 1. Where the build
-  // cannot do that, as without stages.
+  // As if unknowns of a lower stage were eliminated first, whatever the ordering (those that do not meet may change places); stage: one
+  // an unknown, of 0 .. n - 1. Without CHOLMOD as without stages.
   [[nodiscard]] bool factor(const Eigen::SparseMatrix<double>& A, std::span<const int> stage);
 
   // x = A^-1 b after a factor() that returned true.

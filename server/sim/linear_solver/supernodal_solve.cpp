@@ -66,6 +66,7 @@ SupernodalSolve::SupernodalSolve(const Cholesky& cholesky) {
     }
     most = std::max(most, padded(count));
   }
+  for (std::vector<float>* values : {&own_, &below_}) values->shrink_to_fit();
   order_ = std::move(factor.order);
   grow_branches();
   y_.resize(order_.size() + branches_.size() * trunk_columns_.size());
@@ -193,7 +194,7 @@ void SupernodalSolve::solve(const double* b, double* x, const ThreadPool& pool) 
     for (auto p = branch.panels.rbegin(); p != branch.panels.rend(); ++p) backward(panels_[*p], branch.scratch);
     for (const int p : branch.panels) store(panels_[p]);
   };
-  const int count = columns > 0 ? static_cast<int>(branches_.size()) : 0;
+  const int count = branches_[0].panels.empty() ? 0 : static_cast<int>(branches_.size());
   pool.for_chunks(count, 1, std::cref(up));
   for (const int p : trunk_.panels) load(panels_[p]);
   for (std::size_t c = 0; c < columns; ++c) y_[trunk_columns_[c]] += copies[c] + copies[columns + c];

@@ -131,6 +131,30 @@ TEST(WarpedFactor, TakesATenthOfTheIterationsOfABentBeamThatIsHeld) {
   }
 }
 
+// Held by the layer in its middle: the matrix falls into two parts.
+TEST(WarpedFactor, SolvesABeamThatIsHeldInItsMiddle) {
+  SoftScene scene = beam({16, 4, 4}, 1e7, false);
+  SoftBody& body = scene.soft[0];
+  for (int n = 0; n < body.mesh.node_count(); ++n)
+    if (std::abs(body.mesh.X[n].x() - 0.8) < 1e-6) body.prescribed.push_back({n, body.state.v[n] = Vec3::Zero()});
+  ASSERT_EQ(body.prescribed.size(), 25u);
+  EXPECT_LE(iterations(scene), 2);
+}
+
+// Rotations of nodes are those of their elements whichever way the body is turned.
+TEST(WarpedFactor, ABentBeamTakesAsManyIterationsHoweverItIsTurned) {
+  int fewest = 1000, most = 0;
+  for (const double angle : {0.0, 0.5, 1.57, 2.06, 3.1}) {
+    SoftScene scene = beam({12, 3, 3}, 1e7, true);
+    bend(scene.soft[0], 0.25);
+    turn(scene.soft[0], Eigen::AngleAxisd(angle, Vec3(1, 2, -1).normalized()).toRotationMatrix());
+    const int taken = iterations(scene);
+    fewest = std::min(fewest, taken);
+    most = std::max(most, taken);
+  }
+  EXPECT_LE(most, fewest + 2);
+}
+
 // What is bent by a quarter of a circle is not a rotation anywhere, and nothing holds it: the stiffer, the more of that is left.
 TEST(WarpedFactor, BentInSpaceTakesTensOfIterationsWhereItIsVeryStiff) {
   for (const double young : {1e7, 1e9}) {

@@ -37,7 +37,7 @@ TEST(Cholesky, TakesAnotherPatternAndOtherValues) {
   EXPECT_NEAR(direct.solve(Eigen::VectorXd::Ones(50))[0], 12.5, 1e-11);
 }
 
-// A chain in two halves: every factor of it has one entry a column below the diagonal but for the last unknown's neighbours.
+// A chain in two halves and the unknown between them, which comes last.
 TEST(Cholesky, TakesStagesAndTakesThemAnew) {
   const int n = 101;
   std::vector<int> stage(n, 0);

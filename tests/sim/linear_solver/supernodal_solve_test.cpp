@@ -114,12 +114,36 @@ TEST(SupernodalSolve, SubstitutesHalvesSideBySideWithTheSameBits) {
   EXPECT_EQ(x, again);
 }
 
+// Two parts that do not meet need no cut.
+TEST(SupernodalSolve, SolvesPartsThatDoNotMeet) {
+  const Eigen::SparseMatrix<double> part = solid(8, 0.1);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const Eigen::Index first : {Eigen::Index{0}, part.rows()})
+    for (int k = 0; k < part.outerSize(); ++k)
+      for (Eigen::SparseMatrix<double>::InnerIterator it(part, k); it; ++it) entries.emplace_back(first + it.row(), first + it.col(), it.value());
+  Eigen::SparseMatrix<double> A(2 * part.rows(), 2 * part.rows());
+  A.setFromTriplets(entries.begin(), entries.end());
+  Cholesky cholesky;
+  ASSERT_TRUE(cholesky.factor(A));
+  SupernodalSolve solve(cholesky);
+  EXPECT_LT(solve.longest_share(), 0.6);
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(A.rows(), -1, 1), exact = cholesky.solve(b);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size()), in_place = b;
+  solve.solve(b.data(), x.data(), one);
+  solve.solve(in_place.data(), in_place.data(), one);
+  EXPECT_LT((x - exact).norm(), 1e-5 * exact.norm());
+  EXPECT_EQ(x, in_place);
+}
+
 TEST(SupernodalSolve, WithBranchesIsSymmetricToDoublePrecision) {
   const int n = 8;
   const Eigen::SparseMatrix<double> A = solid(n, 1e-6);
   Cholesky cholesky;
   ASSERT_TRUE(cholesky.factor(A, halves(n)));
   SupernodalSolve solve(cholesky);
+#ifdef CRUMPLE_HAVE_CHOLMOD
+  EXPECT_LT(solve.longest_share(), 0.75);
+#endif
   const auto inverse_times = [&](const Eigen::VectorXd& b) {
     Eigen::VectorXd x(b.size());
     solve.solve(b.data(), x.data(), one);
