@@ -18,10 +18,9 @@ void collect_node_corners(int node_count, const ElementNodes& elements, Connecti
 
 void collect_edge_corners(const ElementNodes& elements, Connectivity& c) {
   std::vector<int> element_of(elements.nodes.size());
-  for (std::size_t e = 0; e + 1 < elements.start.size(); ++e)
-    std::fill(element_of.begin() + elements.start[e], element_of.begin() + elements.start[e + 1], static_cast<int>(e));
   std::size_t pairs = 0;
   for (std::size_t e = 0; e + 1 < elements.start.size(); ++e) {
+    std::fill(element_of.begin() + elements.start[e], element_of.begin() + elements.start[e + 1], static_cast<int>(e));
     const std::size_t n = elements.start[e + 1] - elements.start[e];
     pairs += n * (n - 1) / 2;
   }

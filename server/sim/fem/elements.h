@@ -14,7 +14,7 @@
 namespace crumple::sim::fem {
 
 // Results of an element pass, one a tet; of a body of groups of tets only `macros`. Assembly, fracture and display
-// read them. Plastic strains are one an element everywhere here.
+// read them. Plastic strains are as FemState has them: one an element, or none, all zero.
 struct Elements {
   std::vector<Mat3> Q;       // rotation, det +1
   std::vector<Mat3> sigma;   // elastic stress in the tet's unrotated axes [Pa]

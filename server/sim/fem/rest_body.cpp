@@ -125,8 +125,6 @@ Mat34 RestBody::core(int t) const {
   return std::sqrt(fill[t] / (9 * volume[t])) * area_weighted_normals(beta_clamped.empty() ? beta[t] : beta_clamped[t], volume[t]);
 }
 
-Vec3 RestBody::normal(int t, int i) const { return std::sqrt(9 * volume[t] / fill[t]) * core(t).col(i); }
-
 Mat34 RestBody::gradients(int t) const {
   Mat34 g;
   g.rightCols<3>() = beta[t].transpose();
@@ -140,7 +138,7 @@ RestTet RestBody::tet(int t) const {
   tet.clamped = clamped(t);
   tet.beta_clamped = tet.clamped ? beta_clamped[t] : beta[t];
   if (tet.clamped) tet.rest_gradient = rest_gradient[t];
-  tet.normals = std::sqrt(9 * volume[t] / fill[t]) * core(t);
+  tet.normals = area_weighted_normals(tet.beta_clamped, volume[t]);
   tet.volume = volume[t];
   tet.fill = fill[t];
   return tet;

@@ -77,7 +77,6 @@ struct RestBody {
   Mat34 core(int t) const;
   Mat34 gradients(int t) const;     // g_a of F = sum x_a g_a^T, of the true basis [1/m]
   RestTet tet(int t) const;         // everything of one tet, by value
-  Vec3 normal(int t, int i) const;  // n_i [m^2]
 };
 
 // clamp_limit: bound on the basis matrices' singular values [1/m]; 0: 20 / mean edge length of the mesh. regions: where

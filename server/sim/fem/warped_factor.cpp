@@ -13,9 +13,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kNodesPerChunk = 64;
-constexpr double kLeastDeterminant = 0.1;  // of a mean of rotations that is near to one
-constexpr std::size_t kSamples = 6;  // elements a node, at most twice as many
 constexpr int kNodesPerTurn = 256;
+constexpr std::size_t kSamples = 6;        // elements a node, at most twice as many
+constexpr double kLeastDeterminant = 0.1;  // of a mean of rotations that is near to one
 
 // The system's matrix with every node at rest: the same masses, factors and struck rows.
 Eigen::SparseMatrix<double> matrix_at_rest(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system,
@@ -55,6 +55,10 @@ std::vector<int> halves(const std::vector<Vec3>& X, const linear_solver::BlockPa
   return stage;
 }
 
+const std::shared_ptr<const linear_solver::BlockPattern>& pattern_of(const StepSystem& system) {
+  return std::visit([](const auto& A) -> const auto& { return A.pattern(); }, system.A);
+}
+
 // weight Q of tet t onto the sum; of groups the mean of its two.
 void add_rotation(const RestBody& rest, const StepSystem& system, int t, double weight, Mat3& sum) {
   if (!rest.grouped()) {
@@ -70,14 +74,10 @@ void add_rotation(const RestBody& rest, const StepSystem& system, int t, double 
 void WarpedFactor::make(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system, const StepSystem::Scale& scale,
                         const ThreadPool& pool) {
   assert(static_cast<int>(X.size()) == system.node_count());
-  const auto& pattern = std::visit([](const auto& A) -> const auto& { return A.pattern(); }, system.A);
-  if (pattern_ != pattern) {  // made anew whenever tets are others
-    pattern_ = pattern;
-    if (tets_ != system.tets) {
-      tets_ = system.tets;
-      stars_ = NodeStars(tets_, system.node_count());
-      kept_.clear();
-    }
+  if (pattern_ != pattern_of(system)) {
+    pattern_ = pattern_of(system);
+    stars_ = NodeStars(system.tets, system.node_count());
+    kept_.clear();
   }
   const auto known = std::ranges::find_if(kept_, [&](const Kept& k) { return k.is_of(scale, system.prescribed); });
   if (known != kept_.end()) {
@@ -87,15 +87,13 @@ void WarpedFactor::make(const RestBody& rest, const std::vector<Vec3>& X, const 
   if (kept_.size() == kMostKept) kept_.erase(kept_.begin());
   Kept& made = kept_.emplace_back(Kept{scale, system.prescribed, false, {}});
   linear_solver::Cholesky cholesky;
-  made.usable = cholesky.factor(matrix_at_rest(rest, X, system, scale, pool), halves(X, *pattern));
+  made.usable = cholesky.factor(matrix_at_rest(rest, X, system, scale, pool), halves(X, *pattern_));
   if (made.usable) made.solve = linear_solver::SupernodalSolve(cholesky);
   ++factored_;
 }
 
 bool WarpedFactor::has(const StepSystem& system) const {
-  if (kept_.empty()) return false;
-  const bool same = std::visit([&](const auto& A) { return A.pattern() == pattern_; }, system.A) || tets_ == system.tets;
-  return same && std::ranges::any_of(kept_, [&](const Kept& k) { return k.usable && k.is_of(system.scale, system.prescribed); });
+  return pattern_ == pattern_of(system) && std::ranges::any_of(kept_, [&](const Kept& k) { return k.usable && k.is_of(system.scale, system.prescribed); });
 }
 
 bool WarpedFactor::update(const RestBody& rest, const std::vector<Vec3>& X, const StepSystem& system, const ThreadPool& pool) {

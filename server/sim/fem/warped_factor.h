@@ -43,9 +43,8 @@ class WarpedFactor {
   };
   void find_rotations(const RestBody& rest, const StepSystem& system, const ThreadPool& pool);
 
-  std::vector<Tet> tets_;   // of all that is kept
-  std::shared_ptr<const linear_solver::BlockPattern> pattern_;  // of them when last looked at
-  NodeStars stars_;         // of them
+  std::shared_ptr<const linear_solver::BlockPattern> pattern_;  // of all that is kept; an assembly makes another when tets are others
+  NodeStars stars_;         // of the tets that it is of
   std::vector<Kept> kept_;  // the last one is in use
   std::vector<Mat3> R_;
   Eigen::VectorXd turned_;

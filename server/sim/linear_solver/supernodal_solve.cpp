@@ -1,19 +1,16 @@
 #include "server/sim/linear_solver/supernodal_solve.h"
 
 #include "server/sim/linear_solver/supernodes.h"
+#include "server/sim/linear_solver/tree_cut.h"
 #include "server/sim/quad.h"
 
 #include <algorithm>
 #include <cstring>
 #include <functional>
-#include <numeric>
+#include <span>
 
 namespace crumple::sim::linear_solver {
 namespace {
-
-constexpr std::size_t kLeastValues = 40000;  // of a factor that is worth two branches: some 10 us to substitute
-constexpr double kWorthwhile = 0.8;           // longest share of them that is
-constexpr int kMostCuts = 200;                // of the tree, in search of the best
 
 int padded(int rows) { return (rows + 3) & ~3; }
 
@@ -73,68 +70,32 @@ SupernodalSolve::SupernodalSolve(const Cholesky& cholesky) {
   for (Branch* branch : {&branches_[0], &branches_[1], &trunk_}) branch->scratch.resize(most);
 }
 
-// Starts with no trunk. As long as it pays, the heaviest tree loses its root to the trunk; what is left goes to the lighter branch,
-// heaviest first.
+// Shares out the panels. What a branch takes off the trunk's columns goes to its own copy of them.
 void SupernodalSolve::grow_branches() {
   const int count = static_cast<int>(panels_.size());
   std::vector<int> panel_of(order_.size()), parent(count, -1);
+  std::vector<std::size_t> work(count);
   for (int p = 0; p < count; ++p) std::fill_n(panel_of.begin() + panels_[p].first, panels_[p].width, p);
-  std::vector<std::size_t> own(count), whole(count);
-  std::vector<std::vector<int>> children(count);
-  std::vector<int> trees;
   for (int p = 0; p < count; ++p) {
     const Panel& panel = panels_[p];
-    own[p] = static_cast<std::size_t>(panel.width) * (panel.width + 1) / 2 + static_cast<std::size_t>(panel.width) * padded(panel.row_count);
-    whole[p] += own[p];
-    if (panel.row_count == 0) {
-      trees.push_back(p);
-      continue;
-    }
-    parent[p] = panel_of[rows_[panel.row_start]];  // after p: the tree's edges go up
-    children[parent[p]].push_back(p);
-    whole[parent[p]] += whole[p];
+    work[p] = static_cast<std::size_t>(panel.width) * (panel.width + 1) / 2 + static_cast<std::size_t>(panel.width) * padded(panel.row_count);
+    if (panel.row_count > 0) parent[p] = panel_of[rows_[panel.row_start]];
   }
-  const std::size_t all = std::accumulate(own.begin(), own.end(), std::size_t{0});
-  const auto heavier = [&](int a, int b) { return whole[a] != whole[b] ? whole[a] > whole[b] : a < b; };
-
-  std::vector<int> branch_of(count, -1), best_trees;  // -1: the trunk
-  std::size_t trunk = 0, best = all;
-  for (int cut = 0; cut < kMostCuts && all >= kLeastValues && !trees.empty() && trunk < best; ++cut) {
-    std::ranges::sort(trees, heavier);
-    std::array<std::size_t, 2> work{};
-    for (const int tree : trees) work[work[1] < work[0]] += whole[tree];
-    if (const std::size_t longest = trunk + std::max(work[0], work[1]); longest < best) best = longest, best_trees = trees;
-    const int root = trees.front();
-    trees.erase(trees.begin());
-    trunk += own[root];
-    trees.insert(trees.end(), children[root].begin(), children[root].end());
-  }
-  if (static_cast<double>(best) > kWorthwhile * static_cast<double>(all)) best_trees.clear();
-  else longest_share_ = static_cast<double>(best) / static_cast<double>(all);
-  std::array<std::size_t, 2> work{};
-  for (const int tree : best_trees) {
-    const int to = work[1] < work[0];
-    work[to] += whole[tree];
-    branch_of[tree] = to;
-  }
-  for (int p = count - 1; p >= 0; --p)
-    if (branch_of[p] < 0 && parent[p] >= 0) branch_of[p] = branch_of[parent[p]];
+  const TreeCut cut = cut_tree(parent, work);
+  longest_share_ = cut.longest_share;
+  for (int p = 0; p < count; ++p) (cut.branch[p] < 0 ? trunk_ : branches_[cut.branch[p]]).panels.push_back(p);
+  if (branches_[0].panels.empty()) return;
 
   std::vector<int> in_trunk(order_.size(), -1);
-  for (int p = 0; p < count; ++p) {
-    (branch_of[p] < 0 ? trunk_ : branches_[branch_of[p]]).panels.push_back(p);
-    if (branch_of[p] >= 0 || best_trees.empty()) continue;
-    for (int c = 0; c < panels_[p].width; ++c) {
-      in_trunk[panels_[p].first + c] = static_cast<int>(trunk_columns_.size());
-      trunk_columns_.push_back(panels_[p].first + c);
+  for (const int p : trunk_.panels)
+    for (int c = panels_[p].first; c < panels_[p].first + panels_[p].width; ++c) {
+      in_trunk[c] = static_cast<int>(trunk_columns_.size());
+      trunk_columns_.push_back(c);
     }
-  }
   for (int b = 0; b < 2; ++b)
     for (const int p : branches_[b].panels)
-      for (int r = 0; r < panels_[p].row_count; ++r) {
-        int& row = rows_[panels_[p].row_start + r];
+      for (int& row : std::span(rows_).subspan(panels_[p].row_start, panels_[p].row_count))
         if (in_trunk[row] >= 0) row = static_cast<int>(order_.size() + b * trunk_columns_.size()) + in_trunk[row];
-      }
 }
 
 // y := L^-1 y of the panel's columns, taken off the rows below.

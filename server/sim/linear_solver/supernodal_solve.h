@@ -20,8 +20,7 @@ class SupernodalSolve {
   explicit SupernodalSolve(const Cholesky& cholesky);
 
   int size() const { return static_cast<int>(order_.size()); }
-  std::size_t value_count() const { return own_.size() + inverse_.size() + below_.size(); }  // what a solve reads twice
-  double longest_share() const { return longest_share_; }  // of it that one after the other is read at least: 0.5 to 1
+  double longest_share() const { return longest_share_; }  // as TreeCut has it
 
   // b, x: n. Not from two threads at once. Bits do not depend on the number of threads.
   void solve(const double* b, double* x, const ThreadPool& pool);

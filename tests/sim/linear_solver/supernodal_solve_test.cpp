@@ -39,14 +39,29 @@ Eigen::SparseMatrix<double> solid(int n, double mass) {
 
 const ThreadPool one(1);
 
-// Stages that leave two halves of solid(n) apart.
-std::vector<int> halves(int n) {
+// Of A = solid(n, mass), by stages that leave two halves of it apart. What one thread alone goes through is then half of both and the
+// cut between them; Eigen's factor knows no stages.
+SupernodalSolve in_halves(const Eigen::SparseMatrix<double>& A, int n, Cholesky& cholesky) {
   std::vector<int> stage;
   for (int i = 0; i < 3 * n * n * n; ++i) {
     const int layer = i / (3 * n * n);
     stage.push_back(layer == n / 2 ? 2 : layer > n / 2);
   }
-  return stage;
+  EXPECT_TRUE(cholesky.factor(A, stage));
+  SupernodalSolve solve(cholesky);
+#ifdef CRUMPLE_HAVE_CHOLMOD
+  EXPECT_LT(solve.longest_share(), 0.75);
+#endif
+  return solve;
+}
+
+// x = A^-1 b, not in place and in place.
+Eigen::VectorXd both_ways(SupernodalSolve& solve, const Eigen::VectorXd& b, const ThreadPool& pool) {
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size()), in_place = b;
+  solve.solve(b.data(), x.data(), pool);
+  solve.solve(in_place.data(), in_place.data(), pool);
+  EXPECT_EQ(x, in_place);
+  return x;
 }
 
 TEST(SupernodalSolve, SolvesTheSystemToSinglePrecision) {
@@ -85,33 +100,19 @@ TEST(SupernodalSolve, InPlaceIsTheSame) {
   Cholesky cholesky;
   ASSERT_TRUE(cholesky.factor(A));
   SupernodalSolve solve(cholesky);
-  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(A.rows(), 0, 2);
-  Eigen::VectorXd x(b.size()), in_place = b;
-  solve.solve(b.data(), x.data(), one);
-  solve.solve(in_place.data(), in_place.data(), one);
-  EXPECT_EQ(x, in_place);
+  both_ways(solve, Eigen::VectorXd::LinSpaced(A.rows(), 0, 2), one);
 }
 
-// What one thread alone goes through: half of two halves and the cut between them. Eigen's factor knows no stages.
 TEST(SupernodalSolve, SubstitutesHalvesSideBySideWithTheSameBits) {
   const int n = 9;
   const Eigen::SparseMatrix<double> A = solid(n, 0.1);
   Cholesky cholesky;
-  ASSERT_TRUE(cholesky.factor(A, halves(n)));
-  SupernodalSolve solve(cholesky);
-#ifdef CRUMPLE_HAVE_CHOLMOD
-  EXPECT_LT(solve.longest_share(), 0.75);
-#endif
+  SupernodalSolve solve = in_halves(A, n, cholesky);
   EXPECT_GE(solve.longest_share(), 0.5);
   const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(A.rows(), -1, 1);
-  Eigen::VectorXd x(b.size()), again = b, by_three(b.size());
-  solve.solve(b.data(), x.data(), one);
+  const Eigen::VectorXd x = both_ways(solve, b, one);
   EXPECT_LT((x - cholesky.solve(b)).norm(), 1e-5 * x.norm());
-  const ThreadPool three(3);
-  solve.solve(b.data(), by_three.data(), three);
-  solve.solve(again.data(), again.data(), three);
-  EXPECT_EQ(x, by_three);
-  EXPECT_EQ(x, again);
+  EXPECT_EQ(x, both_ways(solve, b, ThreadPool(3)));
 }
 
 // Two parts that do not meet need no cut.
@@ -128,22 +129,14 @@ TEST(SupernodalSolve, SolvesPartsThatDoNotMeet) {
   SupernodalSolve solve(cholesky);
   EXPECT_LT(solve.longest_share(), 0.6);
   const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(A.rows(), -1, 1), exact = cholesky.solve(b);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size()), in_place = b;
-  solve.solve(b.data(), x.data(), one);
-  solve.solve(in_place.data(), in_place.data(), one);
-  EXPECT_LT((x - exact).norm(), 1e-5 * exact.norm());
-  EXPECT_EQ(x, in_place);
+  EXPECT_LT((both_ways(solve, b, one) - exact).norm(), 1e-5 * exact.norm());
 }
 
 TEST(SupernodalSolve, WithBranchesIsSymmetricToDoublePrecision) {
   const int n = 8;
   const Eigen::SparseMatrix<double> A = solid(n, 1e-6);
   Cholesky cholesky;
-  ASSERT_TRUE(cholesky.factor(A, halves(n)));
-  SupernodalSolve solve(cholesky);
-#ifdef CRUMPLE_HAVE_CHOLMOD
-  EXPECT_LT(solve.longest_share(), 0.75);
-#endif
+  SupernodalSolve solve = in_halves(A, n, cholesky);
   const auto inverse_times = [&](const Eigen::VectorXd& b) {
     Eigen::VectorXd x(b.size());
     solve.solve(b.data(), x.data(), one);
