@@ -17,10 +17,7 @@ SceneDescription held_beam(linear_solver::SolverKind solver) {
   BodyDescription beam = soft_block("beam", {24, 4, 4}, 0.1, at(0, 0, 0), Vec3::Zero(), 1e7);
   ease(beam);
   auto& model = std::get<FemModel>(beam.model);
-  NodeMotion held;
-  for (int n = 0; n < static_cast<int>(model.mesh->X.size()); ++n)
-    if (model.mesh->X[n].x() < 1e-9) held.nodes.push_back(n);
-  model.motions.push_back(held);
+  model.motions.push_back(end_of(model));
   SceneDescription scene;
   scene.bodies = {beam};
   scene.solver = solver;

@@ -22,6 +22,14 @@ inline BodyDescription soft_block(const std::string& name, std::array<int, 3> ce
   return {.name = name, .pose = pose, .velocity = velocity, .model = model};
 }
 
+// A motion of a lattice's nodes at X = 0: without keys they are held.
+inline NodeMotion end_of(const FemModel& model) {
+  NodeMotion end;
+  for (int n = 0; n < model.mesh->node_count(); ++n)
+    if (model.mesh->X[n].x() < 1e-9) end.nodes.push_back(n);
+  return end;
+}
+
 inline BodyDescription ball(const std::string& name, double radius, double mass, const Pose& pose,
                             const Vec3& velocity = Vec3::Zero()) {
   RigidModel model;

@@ -61,9 +61,7 @@ TEST(WorldGuard, SaysNothingOfAHeavyBallOnASoftBlock) {
 TEST(WorldGuard, WorkOfDrivenNodesAndCommandsIsNoGrowth) {
   BodyDescription block = soft_block("block", {6, 2, 2}, 0.25, at(0, 0, 0));
   auto& model = std::get<FemModel>(block.model);
-  NodeMotion held;
-  for (int n = 0; n < model.mesh->node_count(); ++n)
-    if (model.mesh->X[n].x() < 1e-9) held.nodes.push_back(n);
+  NodeMotion held = end_of(model);
   for (int k = 0; k <= 40; ++k) {  // shaken up and down at 1 Hz
     held.keys.push_back({0.1 * k, {Quat::Identity(), Vec3(0, 0.2 * std::sin(0.2 * M_PI * k), 0)}});
   }
@@ -105,10 +103,7 @@ TEST(WorldGuard, GivesCappedSolvesMoreIterations) {
   auto& material = std::get<FemModel>(block.model).material;
   material.cg_tolerance = 1e-3;
   material.cg_max_iterations = 20;
-  NodeMotion held;
-  for (int n = 0; n < std::get<FemModel>(block.model).mesh->node_count(); ++n)
-    if (std::get<FemModel>(block.model).mesh->X[n].x() < 1e-9) held.nodes.push_back(n);
-  std::get<FemModel>(block.model).motions.push_back(held);
+  std::get<FemModel>(block.model).motions.push_back(end_of(std::get<FemModel>(block.model)));
   SceneDescription scene;
   scene.bodies = {block};
   scene.solver = linear_solver::SolverKind::jacobi;  // multigrid is done in twenty iterations

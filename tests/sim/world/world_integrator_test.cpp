@@ -47,9 +47,7 @@ TEST(WorldIntegrator, AnImpulseIsGivenOnceAndAForceForAsLongAsItActs) {
 TEST(WorldIntegrator, NodesThatStartAndStopMovingAreWhereTheyMustBeAndMakeNoStepRough) {
   BodyDescription block = soft_block("block", {4, 2, 2}, 0.25, at(0, 0, 0));
   auto& model = std::get<FemModel>(block.model);
-  NodeMotion driven;
-  for (int n = 0; n < model.mesh->node_count(); ++n)
-    if (model.mesh->X[n].x() < 1e-9) driven.nodes.push_back(n);
+  NodeMotion driven = end_of(model);
   driven.keys = {{10.0 / 120, Pose{}}, {20.0 / 120, {Quat::Identity(), Vec3(0, 0.05, 0)}}};
   model.motions.push_back(driven);
   auto world = make_world(by_bdf2(empty_space({block})));

@@ -31,10 +31,7 @@ double bytes_per_tet(const std::array<int, 3>& cells, double young, Integrator i
       scene.bodies.push_back(soft_block("beam", cells, 0.1, at(0, 0, 0), Vec3::Zero(), young));
       FemModel& model = std::get<FemModel>(scene.bodies.back().model);
       model.material.damping_stiffness = 0.004;
-      NodeMotion wall;
-      for (int n = 0; n < model.mesh->node_count(); ++n)
-        if (model.mesh->X[n].x() < 1e-6) wall.nodes.push_back(n);
-      model.motions.push_back(wall);
+      model.motions.push_back(end_of(model));
     }
     const auto world = make_world(scene);
     for (int step = 0; step < 5; ++step) world->step();

@@ -226,10 +226,7 @@ TEST(WorldSleep, ASupportThatBreaksLeavesNothingInTheAir) {
   model.material.damping_stiffness = 0.005;
   model.material.breakable = true;
   model.material.toughness = 4e5;
-  NodeMotion held;
-  for (int n = 0; n < model.mesh->node_count(); ++n)
-    if (model.mesh->X[n].x() < 1e-9) held.nodes.push_back(n);
-  model.motions.push_back(held);
+  model.motions.push_back(end_of(model));
   SceneDescription scene = grounded({shelf, cube("cube", at(1.3, 1.26, 0))});
   std::get<FemModel>(scene.bodies[1].model).material.density = 300;
   auto world = make_world(scene);
@@ -420,9 +417,7 @@ TEST(WorldSleep, OwnNodesThatAScriptMovesWakeABody) {
   BodyDescription beam = soft_block("beam", {4, 1, 1}, 0.25, at(0, 1, 0), Vec3::Zero(), 1e7);
   auto& model = std::get<FemModel>(beam.model);
   model.material.damping_stiffness = 0.01;
-  NodeMotion held;
-  for (int n = 0; n < model.mesh->node_count(); ++n)
-    if (model.mesh->X[n].x() < 1e-9) held.nodes.push_back(n);
+  NodeMotion held = end_of(model);
   held.keys = {{5, Pose{}}, {6, at(0, 0.001, 0)}};  // 1 mm/s
   model.motions.push_back(held);
   SceneDescription scene;

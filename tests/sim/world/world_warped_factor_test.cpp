@@ -82,10 +82,7 @@ TEST(WorldWarpedFactor, AHeldBodyIsSolvedByTheFactorThatWasMadeWithTheWorld) {
       scene.bodies = {soft_block("beam", {16, 4, 4}, 0.05, at(0, 0, 0), Vec3::Zero(), 1e7), ball("ball", 0.1, 2, at(0.7, 2, 0.1), Vec3::Zero())};
       FemModel& beam = fem_of(scene, 0);
       beam.material.cg_tolerance = 1e-6;
-      NodeMotion wall;
-      for (int n = 0; n < beam.mesh->node_count(); ++n)
-        if (beam.mesh->X[n].x() < 1e-6) wall.nodes.push_back(n);
-      beam.motions.push_back(wall);
+      beam.motions.push_back(end_of(beam));
       const auto world = make_world(scene, k + 1);
       for (int step = 0; step < 90; ++step) {
         const StepReport report = world->step();
