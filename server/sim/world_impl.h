@@ -6,6 +6,7 @@
 #include "server/sim/bodies/solid_body.h"
 #include "server/sim/guard/island_guard.h"
 #include "server/sim/contact/detect.h"
+#include "server/sim/contact/lasting_rows.h"
 #include "server/sim/contact/sweep_and_prune.h"
 #include "server/sim/islands/composite_island.h"
 #include "server/sim/islands/sleep.h"
@@ -51,6 +52,7 @@ struct World::Impl {
   std::vector<ActiveForce> forces;
   std::vector<LoadWindow> joint_loads;    // one a joint of the scene
   contact::FrictionMemory friction;
+  contact::LastingRows lasting;
   std::vector<guard::BodyGuard> guards;   // one a mesh
   struct IslandAccount {
     std::vector<int> soft;                // meshes that were one island in the last step, and what they have broken into
@@ -101,6 +103,7 @@ struct World::Impl {
   std::vector<char> all_fixed;                           // ones: no node of a sleeper is an unknown
   // What stages work in, kept so that steps whose sizes stay what they were allocate nothing.
   contact::DetectionMemory detection;
+  std::vector<contact::RowKey> row_keys;
   islands::SolveMemories solve_memories;
   std::vector<char> still;                               // by Part: settle()
   struct {

@@ -79,6 +79,7 @@ void World::Impl::detect_contact(StepReport& report) {
     hide_far_sleepers();
     contact::detect({collision_bodies, planes, scene.gravity, scene.dt, scene.contact}, pool, detection, rows);
   } while (wake_touched());
+  if (!scene.contact.raw_damping) contact::append_lasting(lasting, collision_bodies, scene.dt, row_keys, rows);
   report.contacts = static_cast<int>(rows.size());
   report.worst_penetration = std::max(report.worst_penetration, contact::deepest(rows));
 }
@@ -177,6 +178,7 @@ void World::Impl::solve(StepReport& report) {
   for (const islands::CompositeIsland& island : in_one) island_options.push_back(solve_options(island));
   std::swap(friction, friction_before);
   friction.entries.clear();
+  lasting.rows.clear();
   const contact::FrictionMemory& before = friction_before;
   islands::solve_all(in_one, island_bodies, island_options, before, pool, solve_memories, solutions);
   broken_up.resize(whole_count);
@@ -187,6 +189,7 @@ void World::Impl::solve(StepReport& report) {
     account_contact(island, solution, bodies, account);
     take(island, solution, scene.dt, account, report);
     contact::remember_friction(island.rows, friction);
+    contact::remember_pushing(island.rows, soft_at_detection, lasting);
   };
   for (std::size_t i = 0; i < whole_count; ++i) {
     if (broken_up[i].empty()) finish(composite[i], solutions[i], island_bodies, accounts[i]);
@@ -196,6 +199,7 @@ void World::Impl::solve(StepReport& report) {
   for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
   keep_friction_of_sleepers(before);
   contact::sort(friction);
+  contact::sort(lasting);
   for (const Part part : debris) fragment(part).forget_pushes();
   const auto was_rough = [&](const Piece& piece) {
     const SoftBody& mesh = soft[piece.soft];

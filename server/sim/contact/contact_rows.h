@@ -29,6 +29,9 @@ struct ContactSide {
   Vec3 arm = Vec3::Zero();           // of a movable rigid body: point - centre of mass, both where contact is looked for [m]
 };
 
+// Bodies and tets of the two sides.
+using RowKey = std::array<int, 4>;
+
 struct ContactRow {
   std::array<ContactSide, 2> sides;
   Vec3 point = Vec3::Zero();           // in W [m]
@@ -43,6 +46,7 @@ struct ContactRow {
   double weight_speed = 0;             // of friction by weight (weight_friction.h) [m/s]; 0: none
   int pair = 0;                        // which two components, or component and plane; rows of a pair are consecutive
   bool swept = false;                  // of features that would pass through each other in the step; friction forgets it
+  bool lasting = false;                // from the last step (lasting_rows.h): pushes in the first pass
   double mass = 0;                     // reduced mass of the two bodies times this row's share of the contact [kg]
 
   // Set between the passes of a solve.
@@ -53,6 +57,7 @@ struct ContactRow {
   Vec3 lambda_t = Vec3::Zero();
 
   Vec3 impulse() const { return lambda_n * normal + lambda_t; }  // on side 0, outcome
+  RowKey key() const { return {sides[0].body, sides[1].body, sides[0].tet, sides[1].tet}; }
 };
 
 // The rows of one linear system. Unknowns are blocks of three: a node's velocity; for a rigid body its linear velocity

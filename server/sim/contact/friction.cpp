@@ -8,10 +8,6 @@ namespace {
 
 constexpr double kTouching = 1e-6;  // [m/s]: bodies placed exactly on each other push from the first pass on
 
-std::array<int, 4> key_of(const ContactRow& row) {
-  return {row.sides[0].body, row.sides[1].body, row.sides[0].tet, row.sides[1].tet};
-}
-
 Vec3 tangential(const ContactRow& row, const Vec3& u) { return u - row.normal.dot(u) * row.normal; }
 
 bool by_key(const FrictionMemory::Entry& a, const FrictionMemory::Entry& b) { return a.key < b.key; }
@@ -22,11 +18,11 @@ void start_row(const FrictionMemory& memory, const Vec3& u, bool may_pull, Conta
   // Not all rows: those that are still apart would pull in the first pass, and the others, from which friction is then
   // bounded, push twice as hard.
   const double approach = row.target - row.normal.dot(u);
-  row.active = may_pull || approach > -kTouching;
+  row.active = may_pull || row.lasting || approach > -kTouching;
   row.t0.setZero();
   row.c_t = 0;
   if (row.friction <= 0) return;
-  const FrictionMemory::Entry wanted{key_of(row), Vec3::Zero(), false};
+  const FrictionMemory::Entry wanted{row.key(), Vec3::Zero(), false};
   const auto found = std::lower_bound(memory.entries.begin(), memory.entries.end(), wanted, by_key);
   const bool known = found != memory.entries.end() && found->key == wanted.key;
   const double speed = tangential(row, u).norm();
@@ -137,7 +133,7 @@ void remember_friction(std::span<const ContactRow> rows, FrictionMemory& memory)
   for (const ContactRow& row : rows) {
     if (!row.active || row.friction <= 0 || row.swept) continue;
     const double bound = row.friction * std::max(row.lambda_n, 0.0), held = row.lambda_t.norm();
-    memory.entries.push_back({key_of(row), std::min(1.0, bound / std::max(held, 1e-300)) * row.lambda_t, row.c_t < row.c_n});
+    memory.entries.push_back({row.key(), std::min(1.0, bound / std::max(held, 1e-300)) * row.lambda_t, row.c_t < row.c_n});
   }
 }
 

@@ -2,7 +2,6 @@
 
 #include "server/sim/contact/contact_rows.h"
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -13,14 +12,14 @@ namespace crumple::sim::contact {
 // in this one, so that a body at rest on a slope needs no velocity to be held (without it: creep of mm/s).
 struct FrictionMemory {
   struct Entry {
-    std::array<int, 4> key;  // bodies and tets of the two sides
+    RowKey key;
     Vec3 impulse;            // tangential, on side 0, at most mu lambda_n [N s]
     bool slid;
   };
   std::vector<Entry> entries;  // ascending by key
 };
 
-// Before the first pass. u: the rows' relative velocity before the step. `active`: rows that push at u (all, if
+// Before the first pass. u: the rows' relative velocity before the step. `active`: rows that push at u, or last from the last step (all, if
 // may_pull). A row that stuck in the last step, or is new and at rest, sticks: c_t = c_n, t0 = last step's impulse turned
 // into the row's plane. One that slid, or is new and moves, slides.
 void start_row(const FrictionMemory& memory, const Vec3& u, bool may_pull, ContactRow& row);
