@@ -178,7 +178,7 @@ void World::Impl::solve(StepReport& report) {
   for (const islands::CompositeIsland& island : in_one) island_options.push_back(solve_options(island));
   std::swap(friction, friction_before);
   friction.entries.clear();
-  lasting.rows.clear();
+  lasting.clear();
   const contact::FrictionMemory& before = friction_before;
   islands::solve_all(in_one, island_bodies, island_options, before, pool, solve_memories, solutions);
   broken_up.resize(whole_count);
@@ -199,7 +199,6 @@ void World::Impl::solve(StepReport& report) {
   for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
   keep_friction_of_sleepers(before);
   contact::sort(friction);
-  contact::sort(lasting);
   for (const Part part : debris) fragment(part).forget_pushes();
   const auto was_rough = [&](const Piece& piece) {
     const SoftBody& mesh = soft[piece.soft];

@@ -21,22 +21,18 @@ bool of_one_pair(const ContactRow& a, const ContactRow& b) {
 void remember_pushing(std::span<const ContactRow> rows, int soft_bodies, LastingRows& memory) {
   const auto is_of_unknowns = [&](const ContactSide& side) { return side.body < soft_bodies && side.node_count == kNodes; };
   for (const ContactRow& row : rows)
-    if (row.active && row.lambda_n > 0 && !row.swept && std::ranges::all_of(row.sides, is_of_unknowns)) memory.rows.push_back(row);
-}
-
-void sort(LastingRows& memory) {
-  std::ranges::sort(memory.rows, [](const ContactRow& a, const ContactRow& b) { return a.key() < b.key(); });
+    if (row.active && row.lambda_n > 0 && !row.swept && row.lasted < kLongest && std::ranges::all_of(row.sides, is_of_unknowns)) memory.push_back(row);
 }
 
 void append_lasting(const LastingRows& memory, std::span<const CollisionBody> bodies, double dt, std::vector<RowKey>& keys,
                     std::vector<ContactRow>& rows) {
-  if (memory.rows.empty()) return;
+  if (memory.empty()) return;
   keys.clear();
   for (const ContactRow& row : rows) keys.push_back(row.key());
   std::ranges::sort(keys);
   const std::size_t found = rows.size();
   int pair = found == 0 ? -1 : rows.back().pair;
-  for (const ContactRow& last : memory.rows) {
+  for (const ContactRow& last : memory) {
     const auto goes_on = [&](const ContactSide& side) { return is_whole_and_free(side, bodies[side.body]); };
     if (std::ranges::binary_search(keys, last.key()) || !std::ranges::all_of(last.sides, goes_on)) continue;
     if (rows.size() == found || !of_one_pair(rows.back(), last)) ++pair;
@@ -45,7 +41,7 @@ void append_lasting(const LastingRows& memory, std::span<const CollisionBody> bo
     row.depth = std::min(0.0, last.depth - dt * speed);
     row.target = row.depth / dt;
     row.pair = pair;
-    row.lasting = true;
+    ++row.lasted;
   }
 }
 
