@@ -21,6 +21,7 @@ using islands::Activity;
 constexpr int kLeastSteps = 5;         // of rest
 constexpr double kRadiusPart = 0.2;    // of speed * time: how far a body at rest may stray
 constexpr double kFragmentMean = 0.05;  // [s]: rigid fragments do not vibrate; what moves to and fro in them is contact
+constexpr double kMeshMean = 0.1;       // [s]: finite-element bodies settle into circles of a tenth of a millimetre, several steps long
 constexpr double kScriptRests = 1e-9;  // [m/s]: below it a script's velocity is rounding
 constexpr double kNear = 0.01;         // of a box's diagonal: bodies that start asleep closer than this are one island
 
@@ -278,7 +279,7 @@ void World::Impl::note_contacts() {
 // Looks at a live body or fragment at the end of a step. A rigid body is seen by four of its points.
 bool World::Impl::rests(Part part) {
   const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time,
-                                        is_fragment(part) ? kFragmentMean : 0};
+                                        is_fragment(part) ? kFragmentMean : is_mesh(part) ? kMeshMean : 0};
   if (is_fragment(part) || is_mesh(part)) {
     islands::observe(points(part), scene.dt, bounds, stillness[part]);
   } else {

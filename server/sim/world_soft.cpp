@@ -22,7 +22,8 @@ void World::Impl::prescribe_motion() {
 
 contact::CollisionBody World::Impl::collision_body(const SoftBody& body) const {
   return {.mesh = &body.collision, .x = body.state.x, .v = body.state.v, .fixed = body.fixed,
-          .friction = body.material().friction, .origin = body.is_whole() ? -1 : static_cast<int>(body.id), .self = body.self_contact ? &*body.self_contact : nullptr};
+          .friction = body.material().friction, .origin = body.is_whole() ? -1 : static_cast<int>(body.id), .v_before = body.v_before,
+          .self = body.self_contact ? &*body.self_contact : nullptr};
 }
 
 void World::Impl::place_for_contact() {

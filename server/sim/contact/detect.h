@@ -34,6 +34,7 @@ struct CollisionBody {
   std::optional<RigidMotion> rigid;       // set: a rigid body, v and fixed are not read
   double friction = 0.5;                  // mu [-]; a pair has the geometric mean of both
   int origin = -1;                        // soft: what it broke off from; those of one are pieces of one body. -1: it has not broken
+  std::span<const Vec3> v_before = {};    // soft: before the last step [m/s]; empty: not known
   const SelfContact* self = nullptr;      // soft: of `mesh`, each of whose pieces then also meets itself; null: they do not
 };
 
@@ -56,7 +57,8 @@ struct DetectionInput {
 // body (tets that share a node never); rigid fragments count as soft bodies. Other rigid bodies do not meet each other here.
 // Where a body asks for it, also of parts of one component that are not near each other at rest (self_contact.h).
 //
-// Default law: detection where the bodies would be at the end of the step without contact, x + dt (v + dt g);
+// Default law: detection where the bodies would be at the end of the step without contact, x + dt (v~ + dt g), v~ the velocity of
+//   the last two steps (settled_velocity);
 //   c_n = kappa m A / V^(2/3), m the reduced mass and V the smaller rest volume of the two components;
 //   s* = -gap/dt for what is still apart at the start of the step, min(depth/tau, v_max) for what overlaps there; depth is
 //   overlap_depth(V, A), between two soft bodies that are not fast surface_depth(V, A, ...). Rows of the rim of a soft body's surface
