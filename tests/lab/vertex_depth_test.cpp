@@ -56,5 +56,25 @@ TEST(VertexDepth, ACubesCornerStandsOnAnotherCube) {
   }
 }
 
+// Contact against a number that is asked of the pile: 20 mm. Soft cubes that meet are squeezed, and what squeezes them drives their
+// faces on after they have come to rest on each other: by contact looked for with the last velocities alone by a step's whole way.
+TEST(VertexDepth, OfCubesThatMeetStaysSmall) {
+  for (const double speed : {3.0, 6.0, 9.0}) {
+    for (const double turn : {0.0, 0.3, 0.7}) {
+      sim::SceneDescription scene;
+      scene.bodies = {cube("lower", {Quat::Identity(), Vec3(0, 0, 0)}),
+                      cube("upper", {Quat(Eigen::AngleAxisd(turn, Vec3::UnitY())), Vec3(0.1, 1.2, 0.2)})};
+      scene.bodies[1].velocity = Vec3(0, -speed, 0);
+      auto world = world_of(scene);
+      double deepest = 0;
+      for (int k = 0; k < 40; ++k) {
+        world->step();
+        deepest = std::max(deepest, vertex_depth(*world, scene));
+      }
+      EXPECT_LT(deepest, 0.02) << speed << ' ' << turn;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace crumple::lab
