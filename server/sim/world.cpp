@@ -169,10 +169,7 @@ std::uint64_t World::state_hash() const {
     hash.add(held.impulse);
     hash.add(static_cast<std::uint64_t>(held.slid));
   }
-  for (const contact::ContactRow& row : impl_->lasting) {
-    for (int key : row.key()) hash.add(static_cast<std::uint64_t>(key));
-    for (double value : {row.depth, row.target, row.lambda_n, row.c_n}) hash.add(value);
-  }
+  impl_->lasting.hash(hash);
   for (const Impl::ActiveForce& force : impl_->forces) hash.add(force.left);
   for (const LoadWindow& window : impl_->joint_loads) {
     for (const JointLoad& load : window.kept()) hash.add(load.impulse), hash.add(load.couple);

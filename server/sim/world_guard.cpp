@@ -89,6 +89,7 @@ void World::Impl::sub_step(const islands::CompositeIsland& island, const contact
     bodies[b].x = rigid_x[b];
   }
   contact::FrictionMemory memory = before;
+  contact::LastingRows going_on = lasting_before;
   for (int part = 0; part < guard::kSubSteps; ++part) {
     for (int b : island.rigid) {
       if (!is_debris(b)) continue;
@@ -104,13 +105,16 @@ void World::Impl::sub_step(const islands::CompositeIsland& island, const contact
       bodies[b].rigid->w = rigid_part.w;
     }
     for (int b : island.soft) soft[b].assemble_part(scene.gravity, h, pool);
-    auto now = islands::composite_islands(
-        unknowns, contact::detect({bodies, planes, scene.gravity, h, scene.contact}, pool));
+    std::vector<contact::ContactRow> found = contact::detect({bodies, planes, scene.gravity, h, scene.contact}, pool);
+    contact::append_lasting(going_on, bodies, h, row_keys, found);
+    going_on.rows.clear();
+    auto now = islands::composite_islands(unknowns, found);
     for (int b : own) unknowns[b].rigid->v += h * scene.gravity;  // stands where nothing touches it
     contact::FrictionMemory next;
     for (islands::CompositeIsland& piece : now) {
       const islands::IslandSolution solution = islands::solve(piece, unknowns, solve_options(piece), memory, pool);
       contact::remember_friction(piece.rows, next);
+      remember_lasting(piece, h, going_on);
       account_contact(piece, solution, unknowns, account);
       take(piece, solution, h, account, report);
       for (const islands::RigidVelocity& after : solution.rigid) {
@@ -128,6 +132,7 @@ void World::Impl::sub_step(const islands::CompositeIsland& island, const contact
     }
   }
   friction.entries.insert(friction.entries.end(), memory.entries.begin(), memory.entries.end());
+  lasting.rows.insert(lasting.rows.end(), going_on.rows.begin(), going_on.rows.end());
 }
 
 }  // namespace crumple::sim

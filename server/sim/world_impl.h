@@ -52,7 +52,7 @@ struct World::Impl {
   std::vector<ActiveForce> forces;
   std::vector<LoadWindow> joint_loads;    // one a joint of the scene
   contact::FrictionMemory friction;
-  contact::LastingRows lasting;
+  contact::LastingRows lasting;           // of the last step
   std::vector<guard::BodyGuard> guards;   // one a mesh
   struct IslandAccount {
     std::vector<int> soft;                // meshes that were one island in the last step, and what they have broken into
@@ -92,6 +92,7 @@ struct World::Impl {
   std::vector<islands::IslandSolution> solutions;
   std::vector<contact::ContactRow> rows;
   contact::FrictionMemory friction_before;               // of the step before
+  contact::LastingRows lasting_before;                   // of the step before
   std::vector<char> was_capped;                          // one a mesh: its last solve ended at its cap
   std::vector<FractureOutcome> broken;                   // one a mesh: in this step so far
   std::vector<char> spent;                               // one a mesh: most of what breaks in this step has
@@ -105,6 +106,7 @@ struct World::Impl {
   contact::DetectionMemory detection;
   std::vector<contact::RowKey> row_keys;
   islands::SolveMemories solve_memories;
+  std::vector<char> touched;                             // by Part: meshes that contact has a row of in this step
   std::vector<char> still;                               // by Part: settle()
   struct {
     std::vector<contact::Box3> live, asleep;
@@ -187,6 +189,7 @@ struct World::Impl {
             StepReport& report);
   void sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before, IslandAccount& account,
                 StepReport& report);
+  void remember_lasting(const islands::CompositeIsland& island, double dt, contact::LastingRows& memory) const;
   bool is_pushed(const islands::CompositeIsland& island, int body) const;
   bool break_ahead(const islands::CompositeIsland& island, const islands::IslandSolution& solution, int round);
   // A part of an island that broke, as it was solved in the end.

@@ -21,7 +21,7 @@ using islands::Activity;
 constexpr int kLeastSteps = 5;         // of rest
 constexpr double kRadiusPart = 0.2;    // of speed * time: how far a body at rest may stray
 constexpr double kFragmentMean = 0.05;  // [s]: rigid fragments do not vibrate; what moves to and fro in them is contact
-constexpr double kMeshMean = 0.1;       // [s]: finite-element bodies settle into circles of a tenth of a millimetre, several steps long
+constexpr double kContactMean = 0.1;    // [s]: in contact, meshes settle into circles of a tenth of a millimetre, several steps long
 constexpr double kScriptRests = 1e-9;  // [m/s]: below it a script's velocity is rounding
 constexpr double kNear = 0.01;         // of a box's diagonal: bodies that start asleep closer than this are one island
 
@@ -256,6 +256,7 @@ void World::Impl::note_contacts() {
     disturb(a, b);
     disturb(b, a);
   };
+  touched.assign(part_count(), 0);
   for (const islands::CompositeIsland& island : composite) {
     // A chain through all of them says that they are one island as well as all their contacts do.
     int last = -1;
@@ -266,7 +267,9 @@ void World::Impl::note_contacts() {
       }
     for (const contact::ContactRow& row : island.rows) {
       const int a = row.sides[0].body, b = row.sides[1].body;
+      touched[part_of(a)] |= is_mesh(part_of(a));
       if (b >= static_cast<int>(collision_ids.size())) continue;
+      touched[part_of(b)] |= is_mesh(part_of(b));
       if (!is_live(part_of(a)) || !is_live(part_of(b))) touch(part_of(a), part_of(b));
     }
   }
@@ -279,7 +282,7 @@ void World::Impl::note_contacts() {
 // Looks at a live body or fragment at the end of a step. A rigid body is seen by four of its points.
 bool World::Impl::rests(Part part) {
   const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time,
-                                        is_fragment(part) ? kFragmentMean : is_mesh(part) ? kMeshMean : 0};
+                                        is_fragment(part) ? kFragmentMean : touched[part] ? kContactMean : 0};
   if (is_fragment(part) || is_mesh(part)) {
     islands::observe(points(part), scene.dt, bounds, stillness[part]);
   } else {

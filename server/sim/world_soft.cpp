@@ -80,7 +80,7 @@ void World::Impl::detect_contact(StepReport& report) {
     hide_far_sleepers();
     contact::detect({collision_bodies, planes, scene.gravity, scene.dt, scene.contact}, pool, detection, rows);
   } while (wake_touched());
-  if (!scene.contact.raw_damping) contact::append_lasting(lasting, collision_bodies, scene.dt, row_keys, rows);
+  contact::append_lasting(lasting, collision_bodies, scene.dt, row_keys, rows);
   report.contacts = static_cast<int>(rows.size());
   report.worst_penetration = std::max(report.worst_penetration, contact::deepest(rows));
 }
@@ -155,6 +155,11 @@ islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland
   return options;
 }
 
+// Of the default law: the paper's knows the overlap of the moment alone.
+void World::Impl::remember_lasting(const islands::CompositeIsland& island, double dt, contact::LastingRows& memory) const {
+  if (!scene.contact.raw_damping) contact::remember_pushing(island.rows, soft_at_detection, dt, memory);
+}
+
 void World::Impl::solve(StepReport& report) {
   broken.assign(soft.size(), {});
   spent.assign(soft.size(), 0);
@@ -167,7 +172,10 @@ void World::Impl::solve(StepReport& report) {
   islands::composite_islands(island_bodies, rows, composite);
   rows.clear();
   accounts.resize(composite.size());
-  if (composite.empty()) return;  // what the friction of sleepers was stays remembered
+  if (composite.empty()) {  // what the friction of sleepers was stays remembered
+    lasting.rows.clear();
+    return;
+  }
   // Islands that the guard lets take smaller steps, if there are any, come after the others; to part them allocates.
   const auto in_one_step = [&](const islands::CompositeIsland& island) { return rung(island) < guard::Rung::sub_steps; };
   std::size_t whole_count = composite.size();
@@ -179,7 +187,8 @@ void World::Impl::solve(StepReport& report) {
   for (const islands::CompositeIsland& island : in_one) island_options.push_back(solve_options(island));
   std::swap(friction, friction_before);
   friction.entries.clear();
-  lasting.clear();
+  std::swap(lasting, lasting_before);
+  lasting.rows.clear();
   const contact::FrictionMemory& before = friction_before;
   islands::solve_all(in_one, island_bodies, island_options, before, pool, solve_memories, solutions);
   broken_up.resize(whole_count);
@@ -190,7 +199,7 @@ void World::Impl::solve(StepReport& report) {
     account_contact(island, solution, bodies, account);
     take(island, solution, scene.dt, account, report);
     contact::remember_friction(island.rows, friction);
-    contact::remember_pushing(island.rows, soft_at_detection, lasting);
+    remember_lasting(island, scene.dt, lasting);
   };
   for (std::size_t i = 0; i < whole_count; ++i) {
     if (broken_up[i].empty()) finish(composite[i], solutions[i], island_bodies, accounts[i]);

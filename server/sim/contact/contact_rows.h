@@ -46,7 +46,7 @@ struct ContactRow {
   double weight_speed = 0;             // of friction by weight (weight_friction.h) [m/s]; 0: none
   int pair = 0;                        // which two components, or component and plane; rows of a pair are consecutive
   bool swept = false;                  // of features that would pass through each other in the step; friction forgets it
-  int lasted = 0;                      // steps since it was found (lasting_rows.h); such a row pushes in the first pass
+  int lasted = 0;                      // steps since it was found (lasting_rows.h)
   double mass = 0;                     // reduced mass of the two bodies times this row's share of the contact [kg]
 
   // Set between the passes of a solve.

@@ -18,7 +18,7 @@ void start_row(const FrictionMemory& memory, const Vec3& u, bool may_pull, Conta
   // Not all rows: those that are still apart would pull in the first pass, and the others, from which friction is then
   // bounded, push twice as hard.
   const double approach = row.target - row.normal.dot(u);
-  row.active = may_pull || row.lasted > 0 || approach > -kTouching;
+  row.active = may_pull || approach > -kTouching;
   row.t0.setZero();
   row.c_t = 0;
   if (row.friction <= 0) return;

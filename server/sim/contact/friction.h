@@ -19,7 +19,7 @@ struct FrictionMemory {
   std::vector<Entry> entries;  // ascending by key
 };
 
-// Before the first pass. u: the rows' relative velocity before the step. `active`: rows that push at u, or last from the last step (all, if
+// Before the first pass. u: the rows' relative velocity before the step. `active`: rows that push at u (all, if
 // may_pull). A row that stuck in the last step, or is new and at rest, sticks: c_t = c_n, t0 = last step's impulse turned
 // into the row's plane. One that slid, or is new and moves, slides.
 void start_row(const FrictionMemory& memory, const Vec3& u, bool may_pull, ContactRow& row);
