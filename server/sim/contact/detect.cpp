@@ -25,25 +25,15 @@ bool share_a_node(const Tet& a, const Tet& b) {
   return std::ranges::any_of(a, [&](int node) { return std::ranges::find(b, node) != b.end(); });
 }
 
-// A course is new that differs from the last one by more than this part of its body's thickness in a step.
-constexpr double kNewCourse = 0.1;
-
-// Whether a node that moves on by more than `much` [m/s] has been sped up, turned or thrown back since `before` by more than that; not
-// if it has been slowed down alone.
-bool has_new_course(const Vec3& v, const Vec3& before, double much) {
-  const double most = much * much;
-  if (v.squaredNorm() <= most || (v - before).squaredNorm() <= most) return false;
-  const double along = v.dot(before), whole = before.squaredNorm();  // v = along / whole before + aside
-  return along < 0 || along > whole || v.squaredNorm() * whole - along * along > most * whole;
-}
+// Velocities that differ by more than this part of a body's thickness in a step are those of two courses.
+constexpr double kNewCourse = 0.05;
 
 // With which a soft node is looked for at the end of the step: the mean of its last two steps' velocities. What goes up in one step
 // and down in the next is looked for where it is; by its last velocity alone it would be three times as far out, so that contact
-// under a corner is found in every second step and keeps it going (by a millimetre, 30 times a second). And what has just been
-// stopped is looked for beyond where it stopped, since what drove it is still there. On a new course that would be half of its way
-// only, or none, and it could pass through something thin unseen.
-Vec3 settled_velocity(const Vec3& v, const Vec3& before, double much) {
-  return has_new_course(v, before, much) ? v : Vec3(0.5 * (v + before));
+// under a corner is found in every second step and keeps it going (by a millimetre, 30 times a second). What has been thrown, turned
+// or stopped is looked for with its new velocity: on the mean of both it could pass through something thin unseen.
+Vec3 settled_velocity(const Vec3& v, const Vec3& before, double new_course) {
+  return (v - before).squaredNorm() > new_course * new_course ? v : Vec3(0.5 * (v + before));
 }
 
 double thickness(const CollisionMesh& mesh) {
@@ -138,7 +128,7 @@ void Detector::place(int body) {
   const std::size_t n = source.x.size();
   const bool raw = in.settings.raw_damping;
   const bool settles = !raw && !source.rigid && source.v_before.size() == n;
-  const double much = settles ? kNewCourse * thickness(*source.mesh) / in.dt : 0;
+  const double new_course = settles ? kNewCourse * thickness(*source.mesh) / in.dt : 0;
   const Vec3 fall = in.dt * in.gravity;
   out.x.resize(n);
   out.v.resize(n);
@@ -146,7 +136,7 @@ void Detector::place(int body) {
     const RigidMotion* rigid = source.rigid ? &*source.rigid : nullptr;
     const bool falls = rigid ? rigid->movable : source.fixed.empty() || !source.fixed[i];
     out.v[i] = rigid ? Vec3(rigid->v + rigid->w.cross(source.x[i] - rigid->p_WC)) : source.v[i];
-    if (settles && falls) out.v[i] = settled_velocity(source.v[i], source.v_before[i], much);
+    if (settles && falls) out.v[i] = settled_velocity(source.v[i], source.v_before[i], new_course);
     if (falls && !raw) out.v[i] += fall;
     out.x[i] = source.x[i];
     if (!raw) out.x[i] += in.dt * out.v[i];

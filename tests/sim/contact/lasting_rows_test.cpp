@@ -8,25 +8,28 @@ namespace {
 constexpr double kDt = 0.01;  // [s]
 constexpr int kBodies = 3;
 
-// Of tet 5 of body 0 and tet 7 of body 2; pushed while they approached at 2 m/s, from 50 mm apart.
-ContactRow pushed() {
+// Of tet 5 of body 0 and tet 7 of body 2; pulled while they approached at 2 m/s, from 50 mm apart.
+ContactRow pulling() {
   ContactRow row;
   row.depth = -0.05;
   row.target = -5;
   row.c_n = 10;
   row.lambda_n = 10 * (row.target + 2);  // c_n (target - n . u)
+  row.area = 0.01;
   row.pair = 4;
   for (int side = 0; side < 2; ++side) {
     row.sides[side].body = 2 * side;
     row.sides[side].tet = 5 + 2 * side;
     row.sides[side].nodes = {0, 1, 2, 3};
     row.sides[side].node_count = 4;
+    row.sides[side].weights = {0.25, 0.25, 0.25, 0.25};
+    if (side == 1) row.sides[side].weights = {-0.25, -0.25, -0.25, -0.25};
   }
   return row;
 }
 
 ContactRow pressing() {
-  ContactRow row = pushed();
+  ContactRow row = pulling();
   row.target = 1;
   row.lambda_n = 10 * (row.target + 2);
   return row;
@@ -44,7 +47,7 @@ struct Bodies {
 
 std::vector<ContactRow> gone_on(const ContactRow& last, std::span<const CollisionBody> bodies, std::vector<ContactRow> found = {}) {
   LastingRows memory;
-  remember_pushing(std::span(&last, 1), kBodies, memory);
+  remember_pushing(std::span(&last, 1), kBodies, kDt, memory);
   std::vector<RowKey> keys;
   append_lasting(memory, bodies, kDt, keys, found);
   return found;
@@ -52,8 +55,7 @@ std::vector<ContactRow> gone_on(const ContactRow& last, std::span<const Collisio
 
 TEST(LastingRows, RowThatPushedGoesOnWithWhatIsLeftOfItsGap) {
   const Bodies bodies;
-  ContactRow last = pressing();
-  last.depth = -0.05;  // 20 mm of them are gone after a step at 2 m/s
+  const ContactRow last = pressing();  // 20 of its 50 mm are gone after a step at 2 m/s
   const std::vector<ContactRow> rows = gone_on(last, bodies.all);
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_NEAR(rows[0].depth, -0.03, 1e-15);
@@ -76,7 +78,7 @@ TEST(LastingRows, TakesBackNoDepth) {
 TEST(LastingRows, WhatDidNotPushOrIsSweptOrHasNodesThatAreNoUnknownsIsForgotten) {
   const Bodies bodies;
   EXPECT_EQ(gone_on(pressing(), bodies.all).size(), 1u);
-  EXPECT_TRUE(gone_on(pushed(), bodies.all).empty());  // lambda_n < 0: it pulled
+  EXPECT_TRUE(gone_on(pulling(), bodies.all).empty());
   ContactRow last = pressing();
   last.active = false;
   EXPECT_TRUE(gone_on(last, bodies.all).empty());
@@ -120,10 +122,36 @@ TEST(LastingRows, EndsWhereABodyHasBrokenOrSleepsOrANodeIsHeld) {
   EXPECT_TRUE(gone_on(pressing(), bodies.all).empty());
 }
 
+// It is 0.1 m wide.
+TEST(LastingRows, EndsWhereItsPointsHaveSlidApart) {
+  Bodies bodies;
+  std::vector<Vec3> moved(4, Vec3(0.09, 0.5, 0));  // along the normal as far as it likes
+  bodies.all[2].x = moved;
+  EXPECT_EQ(gone_on(pressing(), bodies.all).size(), 1u);
+  moved.assign(4, Vec3(0.08, 0, 0.08));
+  EXPECT_TRUE(gone_on(pressing(), bodies.all).empty());
+}
+
+TEST(LastingRows, KeepTheirPairs) {
+  const Bodies bodies;
+  std::vector<ContactRow> last(3, pressing());
+  last[1].sides[0].tet = 6;
+  last[2].sides[0].tet = 8;
+  last[2].pair = 5;
+  LastingRows memory;
+  remember_pushing(last, kBodies, kDt, memory);
+  std::vector<RowKey> keys;
+  std::vector<ContactRow> rows;
+  append_lasting(memory, bodies.all, kDt, keys, rows);
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_EQ(rows[0].pair, rows[1].pair);
+  EXPECT_NE(rows[1].pair, rows[2].pair);
+}
+
 TEST(LastingRows, GoesOnForSomeStepsAlone) {
   const Bodies bodies;
   ContactRow row = pressing();
-  for (int step = 0; step < kLongest; ++step) {
+  for (int step = 0; step < kLastingSteps; ++step) {
     const std::vector<ContactRow> rows = gone_on(row, bodies.all);
     ASSERT_EQ(rows.size(), 1u) << step;
     row = rows[0];

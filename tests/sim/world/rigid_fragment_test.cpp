@@ -138,9 +138,10 @@ TEST(RigidFragments, SleepOneByOneAndWakeOneByOne) {
   EXPECT_LT(load.asleep_fragments, lying.rigid_fragments);
   EXPECT_GT(load.asleep_fragments, 0);
   const FemView after = world->fem(0);
-  const std::size_t lifted = lying.x.size() - 1;  // what breaks further comes after it
-  ASSERT_GE(after.x.size(), lying.x.size());
-  EXPECT_GT(after.x[lifted].y(), lying.x[lifted].y());
+  const auto top = [](const FemView& view) {  // nodes are not where they were: what wakes may break further
+    return std::ranges::max(view.x, {}, [](const Vec3& x) { return x.y(); }).y();
+  };
+  EXPECT_GT(top(after), top(lying) + 0.1);
   int stayed = 0;
   for (std::size_t n = 0; n < lying.x.size(); ++n) stayed += after.x[n] == lying.x[n];
   EXPECT_GT(stayed, 0);
