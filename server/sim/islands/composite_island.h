@@ -51,7 +51,7 @@ struct IslandBody {
 
 struct CompositeIsland {
   std::vector<int> soft, rigid;             // bodies, ascending
-  std::vector<contact::ContactRow> rows;    // in the order of detection
+  std::vector<contact::ContactRow> rows;    // in the order of detection, then what lasts
 };
 
 // Every soft body and rigid fragment is in exactly one island, every other movable rigid body that touches one of them

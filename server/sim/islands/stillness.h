@@ -10,7 +10,7 @@
 // A speed alone would freeze what moves slowly for long (a block that slides at 3 mm/s), so nodes must also stay near where
 // they were when they came to rest. Both are looked at half-way between the ends of two steps: contact can leave nodes that
 // go up in one step and down in the next, by a millimetre; such a node is at rest, whatever its speed in each of them. What
-// cannot vibrate may be given a mean over a longer time, so that sinking for eight steps and being put back in one is rest, too.
+// does not vibrate freely may be given a mean over a longer time, so that sinking for eight steps and being put back in one is rest, too.
 namespace crumple::sim::islands {
 
 struct StillnessBounds {
