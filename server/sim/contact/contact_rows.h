@@ -44,7 +44,7 @@ struct ContactRow {
   double friction = 0;                 // mu of Coulomb's law [-]; 0: none
   double volume = 0;                   // of the overlap where contact is looked for [m^3]
   double weight_speed = 0;             // of friction by weight (weight_friction.h) [m/s]; 0: none
-  int pair = 0;                        // which two components, or component and plane; rows of a pair are consecutive
+  int pair = 0;                        // which two components, or component and plane; its rows are consecutive. Lasting rows have their own
   bool swept = false;                  // of features that would pass through each other in the step; friction forgets it
   int lasted = 0;                      // steps since it was found (lasting_rows.h)
   double mass = 0;                     // reduced mass of the two bodies times this row's share of the contact [kg]

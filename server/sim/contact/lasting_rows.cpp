@@ -1,7 +1,6 @@
 #include "server/sim/contact/lasting_rows.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace crumple::sim::contact {
 namespace {
