@@ -78,10 +78,7 @@ void World::Impl::solve_broken(const islands::CompositeIsland& island, const con
     soft[b].assemble_part(scene.gravity, scene.dt, pool);
   }
   const auto [bodies, unknowns] = alone(island);
-  std::vector<contact::ContactRow> found = contact::detect({bodies, planes, scene.gravity, scene.dt, scene.contact}, pool);
-  std::vector<contact::RowKey> keys;
-  contact::append_lasting(lasting_before, bodies, scene.dt, keys, found);
-  auto pieces = islands::composite_islands(unknowns, found);
+  auto pieces = islands::composite_islands(unknowns, find_contact(bodies, scene.dt, lasting_before));
   for (islands::CompositeIsland& piece : pieces) {
     islands::IslandSolution solution = islands::solve(piece, unknowns, solve_options(piece), before, pool);
     if (break_ahead(piece, solution, round + 1)) solve_broken(piece, before, round + 1, solved);

@@ -105,10 +105,8 @@ void World::Impl::sub_step(const islands::CompositeIsland& island, const contact
       bodies[b].rigid->w = rigid_part.w;
     }
     for (int b : island.soft) soft[b].assemble_part(scene.gravity, h, pool);
-    std::vector<contact::ContactRow> found = contact::detect({bodies, planes, scene.gravity, h, scene.contact}, pool);
-    contact::append_lasting(going_on, bodies, h, row_keys, found);
+    auto now = islands::composite_islands(unknowns, find_contact(bodies, h, going_on));
     going_on.rows.clear();
-    auto now = islands::composite_islands(unknowns, found);
     for (int b : own) unknowns[b].rigid->v += h * scene.gravity;  // stands where nothing touches it
     contact::FrictionMemory next;
     for (islands::CompositeIsland& piece : now) {

@@ -106,7 +106,7 @@ struct World::Impl {
   contact::DetectionMemory detection;
   std::vector<contact::RowKey> row_keys;
   islands::SolveMemories solve_memories;
-  std::vector<char> touched;                             // by Part: meshes that contact has a row of in this step
+  std::vector<char> touched;                             // by Part: contact has a row of it in this step
   std::vector<char> still;                               // by Part: settle()
   struct {
     std::vector<contact::Box3> live, asleep;
@@ -189,6 +189,9 @@ struct World::Impl {
             StepReport& report);
   void sub_step(const islands::CompositeIsland& island, const contact::FrictionMemory& before, IslandAccount& account,
                 StepReport& report);
+  // Contact of `bodies` for a step of dt, with what of `going_on` they still have.
+  std::vector<contact::ContactRow> find_contact(std::span<const contact::CollisionBody> bodies, double dt,
+                                                const contact::LastingRows& going_on) const;
   void remember_lasting(const islands::CompositeIsland& island, double dt, contact::LastingRows& memory) const;
   bool is_pushed(const islands::CompositeIsland& island, int body) const;
   bool break_ahead(const islands::CompositeIsland& island, const islands::IslandSolution& solution, int round);

@@ -267,9 +267,9 @@ void World::Impl::note_contacts() {
       }
     for (const contact::ContactRow& row : island.rows) {
       const int a = row.sides[0].body, b = row.sides[1].body;
-      touched[part_of(a)] |= is_mesh(part_of(a));
+      touched[part_of(a)] = 1;
       if (b >= static_cast<int>(collision_ids.size())) continue;
-      touched[part_of(b)] |= is_mesh(part_of(b));
+      touched[part_of(b)] = 1;
       if (!is_live(part_of(a)) || !is_live(part_of(b))) touch(part_of(a), part_of(b));
     }
   }
@@ -281,8 +281,8 @@ void World::Impl::note_contacts() {
 
 // Looks at a live body or fragment at the end of a step. A rigid body is seen by four of its points.
 bool World::Impl::rests(Part part) {
-  const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time,
-                                        is_fragment(part) ? kFragmentMean : touched[part] ? kContactMean : 0};
+  const double mean = is_fragment(part) ? kFragmentMean : is_mesh(part) && touched[part] ? kContactMean : 0;
+  const islands::StillnessBounds bounds{scene.sleep.speed, kRadiusPart * scene.sleep.speed * scene.sleep.time, mean};
   if (is_fragment(part) || is_mesh(part)) {
     islands::observe(points(part), scene.dt, bounds, stillness[part]);
   } else {

@@ -155,6 +155,14 @@ islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland
   return options;
 }
 
+std::vector<contact::ContactRow> World::Impl::find_contact(std::span<const contact::CollisionBody> bodies, double dt,
+                                                           const contact::LastingRows& going_on) const {
+  std::vector<contact::ContactRow> found = contact::detect({bodies, planes, scene.gravity, dt, scene.contact}, pool);
+  std::vector<contact::RowKey> keys;
+  contact::append_lasting(going_on, bodies, dt, keys, found);
+  return found;
+}
+
 // Of the default law: the paper's knows the overlap of the moment alone.
 void World::Impl::remember_lasting(const islands::CompositeIsland& island, double dt, contact::LastingRows& memory) const {
   if (!scene.contact.raw_damping) contact::remember_pushing(island.rows, soft_at_detection, dt, memory);
