@@ -28,6 +28,9 @@ class IslandSystem {
 
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;  // y = A x
   void multiply(const contact::ContactRows& rows, const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;  // with them
+  // The same, and x . y. partial_sums: scratch.
+  double multiply_and_dot(const contact::ContactRows& rows, const Eigen::VectorXd& x, Eigen::VectorXd& y,
+                          std::vector<double>& partial_sums, const ThreadPool& pool) const;
   // One a block; two a rigid body. They replace what is there.
   void diagonal(std::vector<Mat3>& diagonal) const;
   void rigid_diagonal(std::vector<Mat3>& diagonal) const;

@@ -2,38 +2,43 @@
 
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace crumple::sim::linear_solver {
 
 namespace {
 
-constexpr int kChunk = 4096;     // entries; a multiple of a cache line
-constexpr int kBlockChunk = 256;  // blocks
+// Every loop over vectors has the same chunks, about as a product's: a thread finds in its cache what it wrote in the loop before.
+constexpr int kBlockChunk = 256;          // blocks of three
+constexpr int kChunk = 3 * kBlockChunk;  // entries
+
+double sum(const std::vector<double>& partial) {
+  double sum = 0;
+  for (const double s : partial) sum += s;
+  return sum;
+}
 
 double dot(const Eigen::VectorXd& a, const Eigen::VectorXd& b, std::vector<double>& partial, const ThreadPool& pool) {
   const auto body = [&](int begin, int end) {
     partial[begin / kChunk] = a.segment(begin, end - begin).dot(b.segment(begin, end - begin));
   };
   pool.for_chunks(static_cast<int>(a.size()), kChunk, std::cref(body));
-  double sum = 0;
-  for (double s : partial) sum += s;
-  return sum;
+  return sum(partial);
 }
 
-// x += alpha p, r -= alpha Ap, and z = P^-1 r if P is block diagonal.
-void advance(double alpha, const BlockMap& precondition_blocks, CgWorkspace& w, Eigen::VectorXd& x, const ThreadPool& pool) {
-  const auto move = [&](Eigen::Index begin, Eigen::Index n) {
+// x += alpha p, r -= alpha Ap; if P is block diagonal, z = P^-1 r too, and r . z is returned.
+double advance(double alpha, const BlockMap& precondition_blocks, CgWorkspace& w, Eigen::VectorXd& x, const ThreadPool& pool) {
+  const auto entries = [&](int begin, int end) {
+    const int n = end - begin;
     x.segment(begin, n) += alpha * w.p.segment(begin, n);
     w.r.segment(begin, n) -= alpha * w.Ap.segment(begin, n);
+    if (!precondition_blocks) return;
+    precondition_blocks(begin / 3, end / 3, w.r, w.z);
+    w.partial_sums[begin / kChunk] = w.r.segment(begin, n).dot(w.z.segment(begin, n));
   };
-  const auto entries = [&](int begin, int end) { move(begin, end - begin); };
-  if (!precondition_blocks) return pool.for_chunks(static_cast<int>(x.size()), kChunk, std::cref(entries));
-  const auto blocks = [&](int begin, int end) {
-    move(3 * begin, 3 * (end - begin));
-    precondition_blocks(begin, end, w.r, w.z);
-  };
-  pool.for_chunks(static_cast<int>(x.size() / 3), kBlockChunk, std::cref(blocks));
+  pool.for_chunks(static_cast<int>(x.size()), kChunk, std::cref(entries));
+  return precondition_blocks ? sum(w.partial_sums) : 0;
 }
 
 // p = z + beta p
@@ -55,7 +60,8 @@ void CgWorkspace::resize(Eigen::Index size) {
 
 SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondition, const Eigen::VectorXd& b,
                                Eigen::VectorXd& x, const SolveOptions& options, CgWorkspace& w,
-                               const ThreadPool& pool, const SquaredNorm& norm, const BlockMap& precondition_blocks) {
+                               const ThreadPool& pool, const SquaredNorm& norm, const BlockMap& precondition_blocks,
+                               const DotMap& apply_and_dot) {
   assert(x.size() == b.size());
   w.resize(b.size());
   double size = 0;
@@ -98,20 +104,24 @@ SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondi
     return report.iterations >= options.max_iterations || report.iterations - best_at >= kStagnationWindow ||
            report.residual > kDivergence * best;
   };
-  double rz = 0;
+  double rz = 0, rz_next = 0;
   while (true) {
     if (norm && ends(norm(w.r))) return report;  // before the preconditioner, which may be dear, is asked once more
-    if (!precondition_blocks || report.iterations == 0) precondition(w.r, w.z);
     const double rz_before = rz;
-    rz = dot(w.r, w.z, w.partial_sums, pool);
+    if (!precondition_blocks || report.iterations == 0) {
+      precondition(w.r, w.z);
+      rz = dot(w.r, w.z, w.partial_sums, pool);
+    } else {
+      rz = rz_next;
+    }
     if (!norm && ends(rz)) return report;
     if (report.iterations == 0) w.p = w.z;
     else turn(rz / rz_before, w, pool);
 
-    apply(w.p, w.Ap);
-    const double alpha = rz / dot(w.p, w.Ap, w.partial_sums, pool);
+    if (!apply_and_dot) apply(w.p, w.Ap);
+    const double alpha = rz / (apply_and_dot ? apply_and_dot(w.p, w.Ap) : dot(w.p, w.Ap, w.partial_sums, pool));
     if (!(alpha > 0) || !std::isfinite(alpha)) return report;
-    advance(alpha, precondition_blocks, w, x, pool);
+    rz_next = advance(alpha, precondition_blocks, w, x, pool);
     ++report.iterations;
   }
 }

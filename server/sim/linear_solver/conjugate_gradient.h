@@ -16,6 +16,9 @@ using LinearMap = std::function<void(const Eigen::VectorXd& in, Eigen::VectorXd&
 // Blocks [begin, end) of three entries of a map that is block diagonal.
 using BlockMap = std::function<void(int begin, int end, const Eigen::VectorXd& in, Eigen::VectorXd& out)>;
 
+// A linear map that returns in . out, found on the way.
+using DotMap = std::function<double(const Eigen::VectorXd& in, Eigen::VectorXd& out)>;
+
 // A squared norm of a residual, for SolveReport.
 using SquaredNorm = std::function<double(const Eigen::VectorXd& r)>;
 
@@ -49,11 +52,13 @@ struct CgWorkspace {
 // Ends at the tolerance; at the cap; when the residual found no new low in kStagnationWindow iterations or is
 // kDivergence times above it; or when a product shows that A or P is not positive definite or not finite. x is finite
 // on return whenever the guess was. b = 0 gives x = 0. Sums run over fixed chunks: the bits do not depend on the number
-// of threads. precondition_blocks: P^-1 once more where it is block diagonal; it is then applied in the loop that makes the residual.
+// of threads. For fewer loops, each of which threads wait for: precondition_blocks, P^-1 once more where it is block diagonal, which is
+// then applied in the loop that makes the residual; apply_and_dot, A once more.
 inline constexpr int kStagnationWindow = 250;
 inline constexpr double kDivergence = 1e8;
 SolveReport conjugate_gradient(const LinearMap& apply, const LinearMap& precondition, const Eigen::VectorXd& b,
                                Eigen::VectorXd& x, const SolveOptions& options, CgWorkspace& workspace,
-                               const ThreadPool& pool, const SquaredNorm& norm = {}, const BlockMap& precondition_blocks = {});
+                               const ThreadPool& pool, const SquaredNorm& norm = {}, const BlockMap& precondition_blocks = {},
+                               const DotMap& apply_and_dot = {});
 
 }  // namespace crumple::sim::linear_solver
