@@ -20,8 +20,7 @@ double stiffness_over_mass(const RestBody& rest, double dt) {
 }
 
 bool takes_float(const RestBody& rest, double dt) {
-  constexpr int kNodes = 500;
-  return rest.node_count() >= kNodes && stiffness_over_mass(rest, dt) <= kFloatStiffness;
+  return rest.material.cg_tolerance >= kFloatTolerance && stiffness_over_mass(rest, dt) <= kFloatStiffness;
 }
 
 }  // namespace crumple::sim::fem
