@@ -90,7 +90,7 @@ void World::Impl::follow_hand_over(int body, const SoftBody::HandOver& moved, in
     if (!left && entry.key[0] <= entry.key[1]) kept.push_back(entry);
   }
   friction.entries = std::move(kept);
-  contact::sort(friction);
+  friction.make_index();
 }
 
 }  // namespace crumple::sim

@@ -120,7 +120,7 @@ void World::Impl::sub_step(const islands::CompositeIsland& island, const contact
         unknowns[after.body].rigid->w = after.w;
       }
     }
-    contact::sort(next);
+    next.make_index();
     memory = std::move(next);
     for (int b : own) {  // also those that touch nothing in this part
       const islands::RigidPart& moved = *unknowns[b].rigid;

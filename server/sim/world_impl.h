@@ -104,7 +104,7 @@ struct World::Impl {
   std::vector<char> all_fixed;                           // ones: no node of a sleeper is an unknown
   // What stages work in, kept so that steps whose sizes stay what they were allocate nothing.
   contact::DetectionMemory detection;
-  std::vector<contact::RowKey> row_keys;
+  contact::RowIndex rows_found;
   islands::SolveMemories solve_memories;
   std::vector<char> touched;                             // by Part: contact has a row of it in this step
   std::vector<char> still;                               // by Part: settle()

@@ -80,7 +80,7 @@ void World::Impl::detect_contact(StepReport& report) {
     hide_far_sleepers();
     contact::detect({collision_bodies, planes, scene.gravity, scene.dt, scene.contact}, pool, detection, rows);
   } while (wake_touched());
-  contact::append_lasting(lasting, collision_bodies, scene.dt, row_keys, rows);
+  contact::append_lasting(lasting, collision_bodies, scene.dt, rows_found, rows);
   report.contacts = static_cast<int>(rows.size());
   report.worst_penetration = std::max(report.worst_penetration, contact::deepest(rows));
 }
@@ -158,8 +158,8 @@ islands::IslandOptions World::Impl::solve_options(const islands::CompositeIsland
 std::vector<contact::ContactRow> World::Impl::find_contact(std::span<const contact::CollisionBody> bodies, double dt,
                                                            const contact::LastingRows& going_on) const {
   std::vector<contact::ContactRow> found = contact::detect({bodies, planes, scene.gravity, dt, scene.contact}, pool);
-  std::vector<contact::RowKey> keys;
-  contact::append_lasting(going_on, bodies, dt, keys, found);
+  contact::RowIndex index;
+  contact::append_lasting(going_on, bodies, dt, index, found);
   return found;
 }
 
@@ -216,7 +216,7 @@ void World::Impl::solve(StepReport& report) {
   }
   for (std::size_t i = whole_count; i < composite.size(); ++i) sub_step(composite[i], before, accounts[i], report);
   keep_friction_of_sleepers(before);
-  contact::sort(friction);
+  friction.make_index();
   for (const Part part : debris) fragment(part).forget_pushes();
   const auto was_rough = [&](const Piece& piece) {
     const SoftBody& mesh = soft[piece.soft];

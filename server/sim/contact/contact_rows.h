@@ -2,6 +2,7 @@
 
 #include "common/types.h"
 #include "server/sim/parallel_for.h"
+#include "server/sim/quad.h"
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -67,11 +68,14 @@ class ContactRows {
   ContactRows() = default;
   // rows: borrowed, must outlive this object; their number and sides must not change. first_block: by body, its first
   // block; only bodies with unknowns are read. block_count: of the system.
-  ContactRows(std::span<ContactRow> rows, std::span<const int> first_block, int block_count) { assign(rows, first_block, block_count); }
-  void assign(std::span<ContactRow> rows, std::span<const int> first_block, int block_count);  // keeps its memory
+  ContactRows(std::span<ContactRow> rows, std::span<const int> first_block, int block_count) {
+    assign(rows, first_block, block_count);
+    refresh(ThreadPool(1));
+  }
+  void assign(std::span<ContactRow> rows, std::span<const int> first_block, int block_count);  // keeps its memory; refresh() is to follow
 
   // After a change of the rows' active, c_n, c_t, t0 or target.
-  void refresh();
+  void refresh(const ThreadPool& pool);
 
   // y += W^T D W x over the active rows; x, y: 3 a block. Or in two strokes, so that others may add to y in the loop of the second:
   // the rows' forces D W x, then of blocks [begin, end) what they sum to.
@@ -79,11 +83,11 @@ class ContactRows {
   void find_forces(const Eigen::VectorXd& x, const ThreadPool& pool) const;
   void add_forces(int begin, int end, Eigen::VectorXd& y) const;
   // blocks[b] += the 3x3 diagonal blocks of W^T D W.
-  void add_to_diagonal(std::span<Mat3> blocks) const;
+  void add_to_diagonal(std::span<Mat3> blocks, const ThreadPool& pool) const;
   // The blocks of W^T D W, all of them; for a direct solver.
   void append_to(std::vector<Eigen::Triplet<double>>& entries) const;
   // b += W^T (n c_n target + t0 - D known_velocity).
-  void add_to_rhs(Eigen::VectorXd& b) const;
+  void add_to_rhs(Eigen::VectorXd& b, const ThreadPool& pool) const;
 
   // u of row k, known part included [m/s].
   Vec3 relative_velocity(int k, const Eigen::VectorXd& x) const;
@@ -95,9 +99,15 @@ class ContactRows {
     double weight;
     Vec3 arm;
   };
-  std::span<const Entry> entries() const { return entries_; }         // by row
-  std::span<const int> row_start() const { return row_start_; }       // size() + 1, into entries
-  const std::vector<Mat3>& coefficients() const { return D_; }        // D of each row, zero where inactive
+  // Calls see(entry) for those of a row.
+  template <class See>
+  void for_entries(int row, See see) const {
+    for (int e = of_row_.weighted_start[row]; e < of_row_.weighted_start[row + 1]; ++e)
+      see(Entry{row, of_row_.weighted[e].other, of_row_.weighted[e].weight, Vec3::Zero()});
+    for (int e = of_row_.turned_start[row]; e < of_row_.turned_start[row + 1]; ++e)
+      see(Entry{row, of_row_.turned[e].other, 0, of_row_.turned[e].arm});
+  }
+  const std::vector<Mat3>& coefficients() const { return D_; }  // D of each row, zero where inactive
 
  private:
   // The entries of rows, or of blocks, as a product reads them: those with a weight apart from those with an arm.
@@ -115,20 +125,19 @@ class ContactRows {
     std::vector<Turned> turned;
 
     void clear(int entries, int lists);  // of which there will be about so many
-    void push(const Entry& entry, int other);
-    void close();  // the next entry is of the next list
+    void close();                        // the next entry is of the next list
   };
 
-  void push_side(int row, int side, std::span<const int> first_block);
-  Vec3 gather(int k, const Eigen::VectorXd& x) const;  // W x of row k
+  void push_side(const ContactSide& side, double sign, std::span<const int> first_block);
+  void list_by_block(int block_count);
+  void scatter(Eigen::VectorXd& y, const ThreadPool& pool) const;  // y += W^T f
+  Quad gather(int k, const Eigen::VectorXd& x) const;  // W x of row k
 
   std::span<ContactRow> rows_;
-  std::vector<int> row_start_;      // of a row's entries
-  std::vector<Entry> entries_;      // by row
   Lists of_row_, of_block_;         // blocks: those of touched_; entries by row: sums never race, and keep their order
   std::vector<int> touched_;        // ascending
   std::vector<Mat3> D_;             // zero where inactive
-  std::vector<int> start_, next_, order_;   // scratch of assign()
+  std::vector<std::array<int, 2>> next_;  // scratch of list_by_block()
   mutable std::vector<Eigen::Vector4d> f_;  // scratch, one a row; the last entry is 0
 };
 

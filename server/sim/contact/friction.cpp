@@ -10,9 +10,17 @@ constexpr double kTouching = 1e-6;  // [m/s]: bodies placed exactly on each othe
 
 Vec3 tangential(const ContactRow& row, const Vec3& u) { return u - row.normal.dot(u) * row.normal; }
 
-bool by_key(const FrictionMemory::Entry& a, const FrictionMemory::Entry& b) { return a.key < b.key; }
-
 }  // namespace
+
+const FrictionMemory::Entry* FrictionMemory::find(const RowKey& key) const {
+  const int position = index.find(key);
+  return position < 0 ? nullptr : &entries[position];
+}
+
+void FrictionMemory::make_index() {
+  index.clear(static_cast<int>(entries.size()));
+  for (std::size_t k = 0; k < entries.size(); ++k) index.add(entries[k].key, static_cast<int>(k));
+}
 
 void start_row(const FrictionMemory& memory, const Vec3& u, bool may_pull, ContactRow& row) {
   // Not all rows: those that are still apart would pull in the first pass, and the others, from which friction is then
@@ -22,15 +30,13 @@ void start_row(const FrictionMemory& memory, const Vec3& u, bool may_pull, Conta
   row.t0.setZero();
   row.c_t = 0;
   if (row.friction <= 0) return;
-  const FrictionMemory::Entry wanted{row.key(), Vec3::Zero(), false};
-  const auto found = std::lower_bound(memory.entries.begin(), memory.entries.end(), wanted, by_key);
-  const bool known = found != memory.entries.end() && found->key == wanted.key;
+  const FrictionMemory::Entry* known = memory.find(row.key());
   const double speed = tangential(row, u).norm();
-  if (known && found->slid) {
-    row.c_t = std::min(row.c_n, found->impulse.norm() / std::max(speed, 1e-300));
+  if (known && known->slid) {
+    row.c_t = std::min(row.c_n, known->impulse.norm() / std::max(speed, 1e-300));
   } else if (known) {
     row.c_t = row.c_n;
-    row.t0 = tangential(row, found->impulse);
+    row.t0 = tangential(row, known->impulse);
   } else if (speed <= row.friction * std::max(approach, 0.0)) {
     row.c_t = row.c_n;
   }
@@ -136,7 +142,5 @@ void remember_friction(std::span<const ContactRow> rows, FrictionMemory& memory)
     memory.entries.push_back({row.key(), std::min(1.0, bound / std::max(held, 1e-300)) * row.lambda_t, row.c_t < row.c_n});
   }
 }
-
-void sort(FrictionMemory& memory) { std::sort(memory.entries.begin(), memory.entries.end(), by_key); }
 
 }  // namespace crumple::sim::contact

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "server/sim/contact/contact_rows.h"
+#include "server/sim/contact/row_index.h"
 
 #include <span>
 #include <vector>
@@ -16,7 +17,11 @@ struct FrictionMemory {
     Vec3 impulse;            // tangential, on side 0, at most mu lambda_n [N s]
     bool slid;
   };
-  std::vector<Entry> entries;  // ascending by key
+  std::vector<Entry> entries;
+  RowIndex index;              // into entries
+
+  const Entry* find(const RowKey& key) const;  // as of the last make_index(); null: not there
+  void make_index();                           // after entries have changed
 };
 
 // Before the first pass. u: the rows' relative velocity before the step. `active`: rows that push at u (all, if
@@ -34,8 +39,7 @@ bool refresh_rows(std::span<ContactRow> rows, std::span<const Vec3> u, bool may_
 // After the last pass: lambda_n and lambda_t of the row as it was solved.
 void set_outcome(ContactRow& row, const Vec3& u);
 
-// Adds the outcome of rows; after the last of them, sort().
+// Adds the outcome of rows; after the last of them, make_index().
 void remember_friction(std::span<const ContactRow> rows, FrictionMemory& memory);
-void sort(FrictionMemory& memory);
 
 }  // namespace crumple::sim::contact

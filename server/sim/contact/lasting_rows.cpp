@@ -51,17 +51,16 @@ void remember_pushing(std::span<const ContactRow> rows, int soft_bodies, double 
   }
 }
 
-void append_lasting(const LastingRows& memory, std::span<const CollisionBody> bodies, double dt, std::vector<RowKey>& keys,
+void append_lasting(const LastingRows& memory, std::span<const CollisionBody> bodies, double dt, RowIndex& found,
                     std::vector<ContactRow>& rows) {
   if (memory.rows.empty()) return;
-  keys.clear();
-  for (const ContactRow& row : rows) keys.push_back(row.key());
-  std::ranges::sort(keys);
+  found.clear(static_cast<int>(rows.size()));
+  for (std::size_t k = 0; k < rows.size(); ++k) found.add(rows[k].key(), static_cast<int>(k));
   int pair = rows.empty() ? -1 : rows.back().pair;
   const ContactRow* before = nullptr;
   for (const ContactRow& last : memory.rows) {
     const auto goes_on = [&](const ContactSide& side) { return is_whole_and_free(side, bodies[side.body]); };
-    if (std::ranges::binary_search(keys, last.key()) || !std::ranges::all_of(last.sides, goes_on)) continue;
+    if (found.find(last.key()) >= 0 || !std::ranges::all_of(last.sides, goes_on)) continue;
     if (has_slid_off(last, bodies)) continue;
     if (before == nullptr || before->pair != last.pair) ++pair;
     before = &last;

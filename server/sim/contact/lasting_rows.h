@@ -1,6 +1,7 @@
 #pragma once
 
 #include "server/sim/contact/detect.h"
+#include "server/sim/contact/row_index.h"
 #include "server/sim/state_hash.h"
 
 #include <span>
@@ -28,8 +29,8 @@ void remember_pushing(std::span<const ContactRow> rows, int soft_bodies, double 
 
 // Adds to `rows`, which detect() found for a step of dt [s], those of memory whose tets they do not have: after them, as pairs of
 // their own, with the gap that the last step left, or none. bodies: as in detect(). Left out is what has broken since, or has a node
-// that is no longer an unknown. keys: scratch.
-void append_lasting(const LastingRows& memory, std::span<const CollisionBody> bodies, double dt, std::vector<RowKey>& keys,
+// that is no longer an unknown. found: scratch.
+void append_lasting(const LastingRows& memory, std::span<const CollisionBody> bodies, double dt, RowIndex& found,
                     std::vector<ContactRow>& rows);
 
 }  // namespace crumple::sim::contact

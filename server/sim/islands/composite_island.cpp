@@ -24,6 +24,8 @@ using contact::ContactSide;
 using Eigen::VectorXd;
 using linear_solver::SolverKind;
 
+constexpr int kRowsPerChunk = 64;
+
 bool has_unknowns(const ContactSide& side) { return side.node_count > 0 || side.rigid; }
 
 // Parker & O'Brien 2009, section 4: what more than one thread is to work on; here in blocks of unknowns, of which a node is one.
@@ -59,7 +61,7 @@ linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactR
                                       bool has_residual, linear_solver::CgWorkspace& workspace, std::vector<double>& partial_sums,
                                       VectorXd& b, VectorXd& x, const ThreadPool& pool) {
   b = b_without_rows;
-  rows.add_to_rhs(b);
+  rows.add_to_rhs(b, pool);
   const auto apply = [&](const VectorXd& in, VectorXd& out) { system.multiply(rows, in, out, pool); };
   if (options.solver == SolverKind::direct) return solve_directly(system, rows, b, std::cref(apply), x);
   preconditioner.refresh(rows);
@@ -189,10 +191,16 @@ void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBod
   m.workspace.resize(x.size());
   m.start = x;
   m.u_start.resize(rows.size());
-  for (int k = 0; k < rows.size(); ++k) {
+  const auto for_rows = [&](const auto& see) {
+    const auto some = [&](int begin, int end) {
+      for (int k = begin; k < end; ++k) see(k);
+    };
+    pool.for_chunks(rows.size(), kRowsPerChunk, std::cref(some));
+  };
+  for_rows([&](int k) {
     m.u_start[k] = rows.relative_velocity(k, m.start);
     contact::start_row(friction, m.u_start[k], options.may_pull, island.rows[k]);
-  }
+  });
   system.start_from(x);
   m.u.resize(rows.size());
   m.preconditioner.assign(system, options.solver, pool);
@@ -204,12 +212,12 @@ void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBod
   for (bool differs = true; differs && solution.passes < options.passes;) {
     ++solution.passes;
     if (by_weight) contact::set_weight_friction(mass, m.u_start, island.rows);
-    rows.refresh();
+    rows.refresh(pool);
     const linear_solver::SolveReport report =
         solve_pass(system, rows, m.b, options, m.preconditioner, projected, m.workspace, m.partial_sums, m.b_with_rows, x, pool);
     solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};
     if (solution.passes == options.passes) break;
-    for (int k = 0; k < rows.size(); ++k) m.u[k] = rows.relative_velocity(k, x);
+    for_rows([&](int k) { m.u[k] = rows.relative_velocity(k, x); });
     differs = contact::refresh_rows(island.rows, m.u, options.may_pull);
   }
   solution.finite = all_finite(m.b) && all_finite(x);
@@ -219,7 +227,7 @@ void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBod
     return;
   }
 
-  for (int k = 0; k < rows.size(); ++k) contact::set_outcome(island.rows[k], rows.relative_velocity(k, x));
+  for_rows([&](int k) { contact::set_outcome(island.rows[k], rows.relative_velocity(k, x)); });
   if (!system.anything_fixed()) system.remove_net_momentum_error(x, m.b);
   gather_rigid_outcome(island, bodies, system.first_block(), m.missing, solution);
 }

@@ -39,7 +39,7 @@ void IslandPreconditioner::refresh(const ContactRows& rows) {
   }
   system_->diagonal(diagonal_);
   jacobi_.assign(diagonal_);
-  rows.add_to_diagonal(jacobi_.blocks());
+  rows.add_to_diagonal(jacobi_.blocks(), *pool_);
   jacobi_.invert(*pool_);
   if (kind_ == SolverKind::rigid_modes) modes_.factor(rows);
   if (kind_ != SolverKind::warped_factor || rows.size() == 0) return;

@@ -23,8 +23,13 @@ double share(const LevelRows::Entry& e) { return e.weight != 0 ? std::abs(e.weig
 void LevelRows::assign(const contact::ContactRows& rows) {
   D_ = rows.coefficients();
   entries_.clear();
-  row_start_.assign(rows.row_start().begin(), rows.row_start().end());
-  for (const auto& e : rows.entries()) entries_.push_back({e.row, e.block, static_cast<float>(e.weight), to_lanes(e.arm)});
+  row_start_.assign(1, 0);
+  for (int row = 0; row < rows.size(); ++row) {
+    rows.for_entries(row, [&](const contact::ContactRows::Entry& e) {
+      entries_.push_back({e.row, e.block, static_cast<float>(e.weight), to_lanes(e.arm)});
+    });
+    row_start_.push_back(static_cast<int>(entries_.size()));
+  }
   index();
 }
 

@@ -71,10 +71,9 @@ void RigidModes::add_rows(const contact::ContactRows& rows) {
     // A row has two sides, and each of them one piece or rigid body.
     int side[2] = {-1, -1};
     Mat36 W[2] = {Mat36::Zero(), Mat36::Zero()};
-    for (int e = rows.row_start()[row]; e < rows.row_start()[row + 1]; ++e) {
-      const contact::ContactRows::Entry& entry = rows.entries()[e];
+    rows.for_entries(row, [&](const contact::ContactRows::Entry& entry) {
       const int body = body_of(entry.block);
-      if (body < 0) continue;
+      if (body < 0) return;
       const int k = side[0] < 0 || side[0] == body ? 0 : 1;
       side[k] = body;
       if (entry.block < soft_blocks_) {
@@ -85,7 +84,7 @@ void RigidModes::add_rows(const contact::ContactRows& rows) {
       } else {
         W[k].rightCols<3>() -= cross_matrix(entry.arm);
       }
-    }
+    });
     const Mat3& D = rows.coefficients()[row];
     for (int k = 0; k < 2; ++k)
       if (side[k] >= 0) diagonal_[side[k]] += W[k].transpose() * D * W[k];

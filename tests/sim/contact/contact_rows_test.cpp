@@ -102,7 +102,7 @@ TEST(ContactRows, DiagonalIsThatOfTheMatrix) {
   const ContactRows system(rows, kFirstBlock, kBlocks);
   const Eigen::MatrixXd A = dense(system);
   std::vector<Mat3> blocks(kBlocks, Mat3::Zero());
-  system.add_to_diagonal(blocks);
+  system.add_to_diagonal(blocks, ThreadPool(1));
   for (int b = 0; b < kBlocks; ++b) EXPECT_LT((blocks[b] - A.block<3, 3>(3 * b, 3 * b)).norm(), 1e-11);
 }
 
@@ -116,7 +116,7 @@ TEST(ContactRows, ForceOfTheMatrixAndRightHandSideIsTheRowsImpulse) {
   for (int b = 0; b < kBlocks; ++b) x.segment<3>(3 * b) = random_vector(random);
   Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * kBlocks), rhs = force, expected = force;
   system.apply_add(x, force, pool);
-  system.add_to_rhs(rhs);
+  system.add_to_rhs(rhs, ThreadPool(1));
   for (int k = 0; k < 30; ++k) {
     const ContactRow& row = rows[k];
     if (!row.active) continue;

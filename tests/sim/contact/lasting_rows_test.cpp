@@ -48,8 +48,8 @@ struct Bodies {
 std::vector<ContactRow> gone_on(const ContactRow& last, std::span<const CollisionBody> bodies, std::vector<ContactRow> found = {}) {
   LastingRows memory;
   remember_pushing(std::span(&last, 1), kBodies, kDt, memory);
-  std::vector<RowKey> keys;
-  append_lasting(memory, bodies, kDt, keys, found);
+  RowIndex index;
+  append_lasting(memory, bodies, kDt, index, found);
   return found;
 }
 
@@ -140,9 +140,9 @@ TEST(LastingRows, KeepTheirPairs) {
   last[2].pair = 5;
   LastingRows memory;
   remember_pushing(last, kBodies, kDt, memory);
-  std::vector<RowKey> keys;
+  RowIndex index;
   std::vector<ContactRow> rows;
-  append_lasting(memory, bodies.all, kDt, keys, rows);
+  append_lasting(memory, bodies.all, kDt, index, rows);
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[0].pair, rows[1].pair);
   EXPECT_NE(rows[1].pair, rows[2].pair);

@@ -36,7 +36,7 @@ struct Assembled {
     system->modes_parts(parts);
     system->rigid_diagonal(rigid);
     modes.emplace(parts, rigid, multiply);
-    rows.refresh();
+    rows.refresh(ThreadPool(1));
     modes->factor(rows);
   }
 

@@ -166,7 +166,7 @@ struct SoftScene {
     solve_all(islands, bodies, std::vector(islands.size(), options), memory, *pool, *memories, solutions);
     memory.entries.clear();
     for (const CompositeIsland& island : islands) contact::remember_friction(island.rows, memory);
-    contact::sort(memory);
+    memory.make_index();
     advance();
   }
 

@@ -289,7 +289,7 @@ TEST(WarpedFactor, WithRowsIsStillSymmetricAndPositiveDefinite) {
   for (contact::ContactRow& row : island.rows) row.c_n *= 1e3, row.c_t = 0.3 * row.c_n;
   const IslandSystem system(island, bodies);
   contact::ContactRows rows(island.rows, system.first_block(), system.blocks());
-  rows.refresh();
+  rows.refresh(ThreadPool(1));
   IslandPreconditioner preconditioner(system, SolverKind::warped_factor, *scene.pool);
   ASSERT_EQ(preconditioner.kind(), SolverKind::warped_factor);
   preconditioner.refresh(rows);
