@@ -1,8 +1,12 @@
 #include "server/sim/contact/tet_overlap.h"
 
+#include "server/sim/quad.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 namespace crumple::sim::contact {
 namespace {
@@ -13,74 +17,76 @@ constexpr std::array<std::array<int, 3>, 4> kFace{{{1, 2, 3}, {0, 3, 2}, {0, 1, 
 // row grows: one that comes and goes in full, with a depth and a direction of its own, shakes the corner it stands at.
 constexpr double kRim = 0.3;
 
-// A planar convex polygon; a triangle clipped by four planes has at most seven corners.
-struct Polygon {
-  std::array<Vec3, 8> p;
-  int count = 0;
-
-  void push(const Vec3& q) { p[count++] = q; }
+// A corner of a polygon, and how far it lies above the planes that the polygon is clipped by: four, or one. In between both are linear.
+struct alignas(32) Corner {
+  std::array<double, 4> p;      // [m], from where moments are taken; the last is 0
+  std::array<double, 4> above;  // [m]
 };
 
-Polygon face_polygon(const OrientedTet& tet, int k) {
-  const auto& [i, j, l] = kFace[k];
-  Polygon face;
-  face.push(tet.x.col(i));
-  face.push(tet.x.col(j));
-  face.push(tet.x.col(l));
-  // kFace turns outwards for positive volume; an inverted tet's faces turn the other way round.
-  if ((face.p[1] - face.p[0]).cross(face.p[2] - face.p[0]).dot(tet.normal(k)) < 0) std::swap(face.p[1], face.p[2]);
-  return face;
+// A planar convex polygon; a triangle clipped by four planes has at most seven corners.
+using Corners = std::array<Corner, 8>;
+struct Polygon {
+  const Corner* corner = nullptr;
+  int count = 0;
+};
+
+Corner between(const Corner& a, const Corner& b, double t) {
+  Corner c;
+  const Quad part = quad(t), p = load_four(a.p.data()), above = load_four(a.above.data());
+  const Quad p_c = multiply_add(part, load_four(b.p.data()) - p, p);
+  const Quad above_c = multiply_add(part, load_four(b.above.data()) - above, above);
+  std::memcpy(c.p.data(), &p_c, sizeof p_c);
+  std::memcpy(c.above.data(), &above_c, sizeof above_c);
+  return c;
 }
 
-// Keeps the part with n . p <= offset. Points within eps of the plane count as inside. If the whole polygon lies in the
+// Keeps the part that is not above plane k, in `kept`. Points within eps of the plane count as inside. If the whole polygon lies in the
 // plane it stays, or goes if `drop_coplanar`: of two coincident faces the overlap has one.
-void clip(Polygon& polygon, const Vec3& n, double offset, double eps, bool drop_coplanar) {
+Polygon clip(const Polygon& polygon, int k, double eps, bool drop_coplanar, Corners& kept) {
   std::array<double, 8> d;
   double lowest = 0, highest = 0;
   for (int i = 0; i < polygon.count; ++i) {
-    d[i] = n.dot(polygon.p[i]) - offset;
+    d[i] = polygon.corner[i].above[k];
     lowest = std::min(lowest, d[i]);
     highest = std::max(highest, d[i]);
   }
-  if (highest <= eps) {
-    if (drop_coplanar && lowest >= -eps) polygon.count = 0;
-    return;
-  }
-  Polygon kept;
+  if (highest <= eps) return drop_coplanar && lowest >= -eps ? Polygon{} : polygon;
+  int count = 0;
   for (int i = 0; i < polygon.count; ++i) {
     const int j = i + 1 == polygon.count ? 0 : i + 1;
-    if (d[i] <= eps) kept.push(polygon.p[i]);
+    if (d[i] <= eps) kept[count++] = polygon.corner[i];
+    if (count == 8) break;  // only rounding can get here: a convex polygon crosses a plane twice
     const bool crosses = (d[i] > eps && d[j] < -eps) || (d[i] < -eps && d[j] > eps);
-    if (crosses) kept.push(polygon.p[i] + (d[i] / (d[i] - d[j])) * (polygon.p[j] - polygon.p[i]));
-    if (kept.count == 8) break;  // only rounding can get here: a convex polygon crosses a plane twice
+    if (crosses) kept[count++] = between(polygon.corner[i], polygon.corner[j], d[i] / (d[i] - d[j]));
+    if (count == 8) break;
   }
-  std::copy_n(kept.p.begin(), kept.count, polygon.p.begin());
-  polygon.count = kept.count;
+  return {kept.data(), count};
 }
 
-Vec3 area_vector(const Polygon& polygon) {
-  Vec3 twice = Vec3::Zero();
-  for (int i = 1; i + 1 < polygon.count; ++i)
-    twice += (polygon.p[i] - polygon.p[0]).cross(polygon.p[i + 1] - polygon.p[0]);
-  return 0.5 * twice;
-}
+Vec3 point(const Corner& corner) { return {corner.p[0], corner.p[1], corner.p[2]}; }
 
-// Volume and first moment by the divergence theorem, as signed tets between `origin` and the faces' triangles.
+// Volume and first moment by the divergence theorem, as signed tets between the corners' origin and the faces' triangles.
 struct Moments {
-  Vec3 origin;
   double six_volume = 0;
-  Vec3 moment = Vec3::Zero();  // of 24 V (centroid - origin)
+  Vec3 moment = Vec3::Zero();  // of 24 V centroid
 
-  void add(const Polygon& polygon) {
-    for (int i = 1; i + 1 < polygon.count; ++i) {
-      const Vec3 a = polygon.p[0] - origin, b = polygon.p[i] - origin, c = polygon.p[i + 1] - origin;
-      const double v = a.dot(b.cross(c));
+  Vec3 add(const Polygon& polygon) {  // the polygon's area vector
+    Vec3 twice = Vec3::Zero();
+    const Vec3 a = point(polygon.corner[0]);
+    Vec3 b = point(polygon.corner[1]);
+    for (int i = 2; i < polygon.count; ++i) {
+      const Vec3 c = point(polygon.corner[i]);
+      const Vec3 n = (b - a).cross(c - a);
+      const double v = a.dot(n);
+      twice += n;
       six_volume += v;
       moment += v * (a + b + c);
+      b = c;
     }
+    return 0.5 * twice;
   }
   double volume() const { return six_volume / 6; }
-  Vec3 centroid() const { return origin + moment / (4 * six_volume); }
+  Vec3 centroid() const { return moment / (4 * six_volume); }
 };
 
 // Rounding of a distance between points and planes at these coordinates, with two orders to spare.
@@ -95,17 +101,38 @@ bool separated_by_faces(const Eigen::Matrix4d& heights, double eps) {
   return lowest.maxCoeff() >= -eps;
 }
 
-// Face f of `own`, clipped by all planes of `other`; heights: of own's nodes above other's faces.
-Polygon clipped_face(const OrientedTet& own, int f, const OrientedTet& other, const Eigen::Matrix4d& heights, double eps,
-                     bool drop_coplanar) {
+// A tet's nodes as corners.
+std::array<Corner, 4> corners_of(const OrientedTet& tet, const Vec3& origin, const Eigen::Matrix4d& heights) {
+  std::array<Corner, 4> corners;
+  for (int i = 0; i < 4; ++i) {
+    const Vec3 p = tet.x.col(i) - origin;
+    corners[i].p = {p.x(), p.y(), p.z(), 0};
+    std::copy_n(heights.col(i).data(), 4, corners[i].above.begin());
+  }
+  return corners;
+}
+
+// Turned outwards: kFace is for positive volume, an inverted tet's faces turn the other way round.
+Polygon face_of(const OrientedTet& tet, int f, const std::array<Corner, 4>& corners, Corners& face) {
+  const auto& [i, j, l] = kFace[f];
+  face[0] = corners[i];
+  face[1] = corners[tet.inverted ? l : j];
+  face[2] = corners[tet.inverted ? j : l];
+  return {face.data(), 3};
+}
+
+// Face f of `own`, whose corners are above the other's faces by `heights`, clipped by these.
+Polygon clipped_face(const OrientedTet& own, int f, const std::array<Corner, 4>& corners, const Eigen::Matrix4d& heights, double eps,
+                     bool drop_coplanar, std::array<Corners, 2>& scratch) {
   const auto& [i, j, l] = kFace[f];
   const Eigen::Vector4d lowest = heights.col(i).cwiseMin(heights.col(j)).cwiseMin(heights.col(l));
   if (lowest.maxCoeff() > eps) return {};
   const Eigen::Vector4d highest = heights.col(i).cwiseMax(heights.col(j)).cwiseMax(heights.col(l));
-  Polygon face = face_polygon(own, f);
-  for (int k = 0; k < 4 && face.count > 0; ++k)
+  Polygon face = face_of(own, f, corners, scratch[0]);
+  for (int k = 0; k < 4 && face.count > 0; ++k) {
     if (highest[k] > eps || (drop_coplanar && lowest[k] >= -eps))
-      clip(face, other.normal(k), other.offset[k], eps, drop_coplanar);
+      face = clip(face, k, eps, drop_coplanar, scratch[face.corner == scratch[0].data() ? 1 : 0]);
+  }
   return face;
 }
 
@@ -130,7 +157,8 @@ OrientedTet orient(const Mat34& x) {
   const double six_volume = e1.cross(e2).dot(e3);
   const double longest = std::sqrt(std::max({e1.squaredNorm(), e2.squaredNorm(), e3.squaredNorm()}));
   if (!(std::abs(six_volume) > 1e-9 * longest * longest * longest)) return tet;  // flat: no usable planes
-  const double sign = six_volume > 0 ? 1 : -1;
+  tet.inverted = six_volume < 0;
+  const double sign = tet.inverted ? -1 : 1;
   for (int k = 0; k < 4; ++k) {
     const Vec3 o = x.col(kFace[k][0]);
     const Vec3 n = sign * (x.col(kFace[k][1]) - o).cross(x.col(kFace[k][2]) - o).normalized();
@@ -157,24 +185,25 @@ TetOverlap overlap(const OrientedTet& a, const OrientedTet& b) {
   if (separated_by_faces(a_above_b, eps)) return result;
 
   // The boundary of a convex overlap is: each face of one, clipped by all planes of the other.
-  Moments moments{a.x.rowwise().mean()};
+  const Vec3 origin = a.x.rowwise().mean();
+  const std::array<Corner, 4> corners_a = corners_of(a, origin, a_above_b), corners_b = corners_of(b, origin, b_above_a);
+  std::array<Corners, 2> scratch;
+  Moments moments;
   for (int f = 0; f < 8; ++f) {
     // Faces that coincide and look the same way: the first tet's stays. Looking opposite ways, the tets only touch,
     // which separated_by_faces has excluded.
-    const Polygon face = f < 4 ? clipped_face(a, f, b, a_above_b, eps, false)
-                               : clipped_face(b, f - 4, a, b_above_a, eps, true);
+    const Polygon face = f < 4 ? clipped_face(a, f, corners_a, a_above_b, eps, false, scratch)
+                               : clipped_face(b, f - 4, corners_b, b_above_a, eps, true, scratch);
     if (face.count < 3) {
       result.face_area[f].setZero();
       continue;
     }
-    result.face_area[f] = area_vector(face);
-    moments.add(face);
-    std::copy_n(face.p.begin(), face.count, result.corners.begin() + result.corner_count);
-    result.corner_count += face.count;
+    result.face_area[f] = moments.add(face);
+    for (int i = 0; i < face.count; ++i) result.corners[result.corner_count++] = origin + point(face.corner[i]);
   }
   if (!(moments.volume() > 1e-12 * std::min(a.volume, b.volume))) return result;
   result.volume = moments.volume();
-  result.centroid = moments.centroid();
+  result.centroid = origin + moments.centroid();
   return result;
 }
 
@@ -220,18 +249,20 @@ HalfSpaceOverlap overlap(const OrientedTet& tet, const Vec3& normal, double offs
   if (d.minCoeff() >= -eps) return result;
   // With its origin in the plane the cut itself adds nothing to volume or moment: it need not be built.
   const Vec3 middle = tet.x.rowwise().mean();
-  Moments moments{middle - (normal.dot(middle) - offset) * normal};
+  const Vec3 origin = middle - (normal.dot(middle) - offset) * normal;
+  Eigen::Matrix4d above = Eigen::Matrix4d::Zero();
+  above.row(0) = d;
+  const std::array<Corner, 4> corners = corners_of(tet, origin, above);
+  std::array<Corners, 2> scratch;
+  Moments moments;
   Vec3 area = Vec3::Zero();
-  for (int k = 0; k < 4; ++k) {
-    Polygon face = face_polygon(tet, k);
-    clip(face, normal, offset, eps, true);
-    if (face.count < 3) continue;
-    area += area_vector(face);
-    moments.add(face);
+  for (int f = 0; f < 4; ++f) {
+    const Polygon face = clip(face_of(tet, f, corners, scratch[0]), 0, eps, true, scratch[1]);
+    if (face.count >= 3) area += moments.add(face);
   }
   if (!(moments.volume() > 1e-12 * tet.volume)) return result;
   result.volume = moments.volume();
-  result.centroid = moments.centroid();
+  result.centroid = origin + moments.centroid();
   result.area = d.maxCoeff() <= eps ? 0 : std::max(0.0, -area.dot(normal));
   return result;
 }

@@ -16,6 +16,7 @@ struct OrientedTet {
   Eigen::Matrix<double, 4, 3> n;  // unit outward face normals, rows; face k is the plane n_k . p = offset_k
   Eigen::Vector4d offset;         // [m]
   Eigen::Vector4d height;         // of node k above face k [m], > 0
+  bool inverted = false;
   double volume = 0;              // absolute [m^3]; 0 marks a flat tetrahedron: its planes are not to be used
 
   Vec3 normal(int face) const { return n.row(face).transpose(); }
