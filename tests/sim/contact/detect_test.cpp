@@ -178,6 +178,21 @@ TEST(Detect, StackedCubesMeetFaceToFace) {
   EXPECT_NEAR(deepest(rows), 0.01, 1e-3);
 }
 
+// Shifted by some millimetres, tets of 0.5 m meet their neighbours' opposites in slivers as well.
+TEST(Detect, SliversBesideWiderRowsOfTheSameTetsAreLeftOut) {
+  const Cube lower(Vec3(0, 0, 0), Vec3(0, 0, 0)), upper(Vec3(0.003, 0.99, 0.002), Vec3(0, 0, 0));
+  const std::vector<CollisionBody> bodies{lower.soft(), upper.soft()};
+  DetectionInput input = input_of(bodies);
+  const std::vector<ContactRow> rows = detect(input, kOneThread);
+  for (const ContactRow& row : rows)
+    for (const ContactRow& other : rows)
+      for (int side = 0; side < 2; ++side)
+        if (row.sides[side].tet == other.sides[side].tet) EXPECT_GE(row.area, 0.03 * other.area);
+  EXPECT_NEAR(total_area(rows), 1, 0.05);
+  input.settings.raw_damping = true;  // the paper's law has every row
+  EXPECT_GT(detect(input, kOneThread).size(), rows.size() + 8);
+}
+
 TEST(Detect, PrescribedNodesAndKinematicBodiesEnterWithTheirVelocity) {
   Cube lower(Vec3(0, 0, 0), Vec3(0.5, 0, 0)), upper(Vec3(0, 0.99, 0), Vec3(0, 0, 0));
   lower.fixed.assign(lower.fixed.size(), 1);
