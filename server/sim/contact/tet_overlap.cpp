@@ -187,17 +187,17 @@ TetOverlap overlap(const OrientedTet& a, const OrientedTet& b) {
   // The boundary of a convex overlap is: each face of one, clipped by all planes of the other.
   const Vec3 origin = a.x.rowwise().mean();
   const std::array<Corner, 4> corners_a = corners_of(a, origin, a_above_b), corners_b = corners_of(b, origin, b_above_a);
+  const Eigen::Vector4d reach_a = b_above_a.rowwise().maxCoeff(), reach_b = a_above_b.rowwise().maxCoeff();
   std::array<Corners, 2> scratch;
   Moments moments;
   for (int f = 0; f < 8; ++f) {
+    result.face_area[f].setZero();
+    if ((f < 4 ? reach_a[f] : reach_b[f - 4]) < -eps) continue;  // all of the other tet lies below the face
     // Faces that coincide and look the same way: the first tet's stays. Looking opposite ways, the tets only touch,
     // which separated_by_faces has excluded.
     const Polygon face = f < 4 ? clipped_face(a, f, corners_a, a_above_b, eps, false, scratch)
                                : clipped_face(b, f - 4, corners_b, b_above_a, eps, true, scratch);
-    if (face.count < 3) {
-      result.face_area[f].setZero();
-      continue;
-    }
+    if (face.count < 3) continue;
     result.face_area[f] = moments.add(face);
     for (int i = 0; i < face.count; ++i) result.corners[result.corner_count++] = origin + point(face.corner[i]);
   }
