@@ -122,7 +122,7 @@ struct ContactSettings {
 
 // ---- islands that sleep (Parker & O'Brien 2009, section 4) ----------------------------------------------------------
 // Bodies that touch sleep and wake together: once none of their nodes, for `time`, was faster than `speed` (over two
-// steps; in contact in the mean over 0.1 s) or further from where it was than a fifth of what that speed would take it.
+// steps; in contact twice that, in the mean over 0.1 s) or further from where it was than a fifth of what that speed would take it.
 struct SleepSettings {
   double speed = 0.005;             // [m/s], [0, 10]; 0: nothing falls asleep
   double time = 0.5;                // [s], [0, 1e3]; five steps at least
