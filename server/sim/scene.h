@@ -145,7 +145,7 @@ struct SceneDescription {
   double creep_dt = 1.0 / 60; // dt_ref of creep [s] (decision 7), [1e-6, 1]
   double rate_dt = 1.0 / 250; // dt_ref of alpha and lambda [s] (decision 7), [1e-6, 1]
   Integrator integrator = Integrator::backward_euler;
-  std::optional<bool> float_solver;  // matrix in float; not said: of bodies that are not stiff (fem/float_matrix.h)
+  std::optional<bool> float_solver;  // matrix in float; not said: of bodies that are not stiff and ask for no more than 1e-5 (fem/float_matrix.h)
   linear_solver::SolverKind solver = linear_solver::SolverKind::automatic;
   bool unguarded = false;     // for studies: nothing but non-finite states is watched (guard/island_guard.h)
   ContactSettings contact;

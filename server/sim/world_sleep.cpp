@@ -22,7 +22,7 @@ constexpr int kLeastSteps = 5;         // of rest
 constexpr double kRadiusPart = 0.2;    // of speed * time: how far a body at rest may stray
 constexpr double kFragmentMean = 0.05;  // [s]: rigid fragments do not vibrate; what moves to and fro in them is contact
 constexpr double kContactMean = 0.1;    // [s]: in contact, meshes settle into circles of a tenth of a millimetre, several steps long
-constexpr double kContactSpeed = 2;     // times the speed, of what is seen so: what leans on two corners swings for tens of seconds
+constexpr double kContactSpeed = 2;     // times the speed, of meshes and fragments in contact: what leans on two corners swings for long
 constexpr double kScriptRests = 1e-9;  // [m/s]: below it a script's velocity is rounding
 constexpr double kNear = 0.01;         // of a box's diagonal: bodies that start asleep closer than this are one island
 
@@ -283,7 +283,7 @@ void World::Impl::note_contacts() {
 // Looks at a live body or fragment at the end of a step. A rigid body is seen by four of its points.
 bool World::Impl::rests(Part part) {
   const double mean = is_fragment(part) ? kFragmentMean : is_mesh(part) && touched[part] ? kContactMean : 0;
-  const double speed = mean > 0 ? kContactSpeed * scene.sleep.speed : scene.sleep.speed;
+  const double speed = (mean > 0 && touched[part] ? kContactSpeed : 1) * scene.sleep.speed;
   const islands::StillnessBounds bounds{speed, kRadiusPart * speed * scene.sleep.time, mean};
   if (is_fragment(part) || is_mesh(part)) {
     islands::observe(points(part), scene.dt, bounds, stillness[part]);

@@ -3,6 +3,7 @@
 #include "server/sim/cross_matrix.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
 #include <functional>
 #include <utility>
@@ -41,8 +42,12 @@ void ContactRows::push_side(const ContactSide& side, double sign, std::span<cons
 // By counting: entries of a block stay in the order of their rows.
 void ContactRows::list_by_block(int block_count) {
   next_.assign(block_count, {0, 0});
-  for (const Lists::Weighted& entry : of_row_.weighted) ++next_[entry.other][0];
-  for (const Lists::Turned& entry : of_row_.turned) ++next_[entry.other][1];
+  const auto count = [&](int block, int kind) {
+    assert(block >= 0 && block < block_count);
+    ++next_[block][kind];
+  };
+  for (const Lists::Weighted& entry : of_row_.weighted) count(entry.other, 0);
+  for (const Lists::Turned& entry : of_row_.turned) count(entry.other, 1);
   of_block_.clear(0, block_count);
   touched_.clear();
   std::array<int, 2> end{0, 0};

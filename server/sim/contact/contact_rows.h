@@ -138,7 +138,7 @@ class ContactRows {
   std::vector<int> touched_;        // ascending
   std::vector<Mat3> D_;             // zero where inactive
   std::vector<std::array<int, 2>> next_;  // scratch of list_by_block()
-  mutable std::vector<Eigen::Vector4d> f_;  // scratch, one a row; the last entry is 0
+  mutable std::vector<Eigen::Vector4d> f_;  // scratch, one a row; the fourth number is of no use
 };
 
 }  // namespace crumple::sim::contact

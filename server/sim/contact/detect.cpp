@@ -21,10 +21,6 @@ constexpr int kMaxSamples = 16;
 // cost). Twice as much leaves 9 mm, and heaps that creep on their corners for longer than 25 s.
 constexpr double kLeastPatch = 0.05;
 
-bool share_a_node(const Tet& a, const Tet& b) {
-  return std::ranges::any_of(a, [&](int node) { return std::ranges::find(b, node) != b.end(); });
-}
-
 // Velocities that differ by more than this part of a body's thickness in a step are those of two courses.
 constexpr double kNewCourse = 0.05;
 
@@ -83,26 +79,6 @@ struct Near {
   double s_ = 1;
   std::vector<OrientedTet> shapes_;
 };
-
-// A row of less than this part of the area of another row of its pair, and of one of its tets, is left out: it would be as much weaker,
-// and nothing is seen of it. Of a pile's rows a third are (docs/lab.md).
-constexpr double kSliver = 0.03;
-
-void leave_out_slivers(std::vector<ContactRow>& rows) {
-  thread_local std::array<std::vector<double>, 2> widest;  // of the rows of a tet [m^2]; 0 between calls
-  const auto of_tet = [&](const ContactRow& row, int side) -> double& {
-    const std::size_t tet = row.sides[side].tet;
-    if (widest[side].size() <= tet) widest[side].resize(tet + 1, 0);
-    return widest[side][tet];
-  };
-  for (const ContactRow& row : rows)
-    for (int side = 0; side < 2; ++side) of_tet(row, side) = std::max(of_tet(row, side), row.area);
-  for (ContactRow& row : rows)
-    if (row.area < kSliver * std::max(of_tet(row, 0), of_tet(row, 1))) row.area = 0;
-  for (const ContactRow& row : rows)
-    for (int side = 0; side < 2; ++side) of_tet(row, side) = 0;
-  std::erase_if(rows, [](const ContactRow& row) { return row.area == 0; });
-}
 
 void number_pairs(std::span<ContactRow> rows) {
   int pair = -1;
@@ -255,8 +231,8 @@ void Detector::meet_at(double s, const Unit& a, const Unit& b, std::vector<Conta
     if (a.body == b.body && share_a_node(tet_a.nodes, tet_b.nodes)) continue;
     meet_tets(s, {a, tet_a, near_a.shape(i)}, {b, tet_b, near_b.shape(j)}, share, found);
   }
+  if (!in.settings.raw_damping) found.leave_out_slivers();
   found.append_to(rows, found.certain);
-  if (!in.settings.raw_damping) leave_out_slivers(rows);
   share_out(share, rows);
 }
 
@@ -302,13 +278,8 @@ void Detector::meet_tets(double s, const TetOfUnit& a, const TetOfUnit& b, const
                            : overlap_depth(common.volume, area);
   finish(row, u, s, depth, share.mass, share.volume);
   if (!raw) turn_back(row, u, at_start(a.unit, a.tet), at_start(b.unit, b.tet));
-  (normal.from_surface ? found.surface : found.buried).push_back(row);
+  found.push(row, {&a.tet, &b.tet}, normal.from_surface);
   found.certain |= normal.from_surface && (!by_surface || normal.weight == 1);
-}
-
-void FoundRows::append_to(std::vector<ContactRow>& rows, bool surface_alone) const {
-  rows.insert(rows.end(), surface.begin(), surface.end());
-  if (!surface_alone) rows.insert(rows.end(), buried.begin(), buried.end());
 }
 
 struct DetectionMemory::Vectors {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "server/sim/contact/detect.h"
+#include "server/sim/contact/found_rows.h"
 #include "server/sim/contact/sweep_and_prune.h"
 #include "server/sim/contact/tet_overlap.h"
 
@@ -39,18 +40,6 @@ struct Unit {
 };
 
 // What overlaps, by what is known of its direction.
-struct FoundRows {
-  std::vector<ContactRow> surface;
-  // Pairs of tets without a face of the surface in their overlap say nothing about the direction. They count only where
-  // there is nothing better, when two bodies have gone deep into each other; beside a resting contact they would push
-  // sideways.
-  std::vector<ContactRow> buried;
-  bool certain = false;  // a row of `surface` counts in full: no other is needed
-
-  void clear() { surface.clear(), buried.clear(), certain = false; }
-  void append_to(std::vector<ContactRow>& rows, bool surface_alone) const;
-};
-
 struct TetOfUnit {
   const Unit& unit;
   const CollisionTet& tet;

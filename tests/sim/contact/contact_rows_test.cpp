@@ -145,12 +145,22 @@ TEST(ContactRows, BitsDoNotDependOnThreads) {
   std::mt19937 random(3);
   std::vector<ContactRow> rows;
   for (int k = 0; k < 40; ++k) std::ranges::copy(some_rows(random), std::back_inserter(rows));  // several chunks
-  const ContactRows system(rows, kFirstBlock, kBlocks);
   const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(3 * kBlocks, -1, 1);
-  Eigen::VectorXd one = x, two = x;
-  system.apply_add(x, one, ThreadPool(1));
-  system.apply_add(x, two, ThreadPool(2));
-  EXPECT_EQ((one - two).cwiseAbs().maxCoeff(), 0);
+  Eigen::VectorXd sum[2] = {x, x}, rhs[2] = {x, x};
+  std::vector<Mat3> diagonal[2];
+  for (int k = 0; k < 2; ++k) {
+    const ThreadPool pool(k + 1);
+    ContactRows system;
+    system.assign(rows, kFirstBlock, kBlocks);
+    system.refresh(pool);
+    system.apply_add(x, sum[k], pool);
+    system.add_to_rhs(rhs[k], pool);
+    diagonal[k].assign(kBlocks, Mat3::Identity());
+    system.add_to_diagonal(diagonal[k], pool);
+  }
+  EXPECT_EQ(sum[0], sum[1]);
+  EXPECT_EQ(rhs[0], rhs[1]);
+  EXPECT_EQ(diagonal[0], diagonal[1]);
 }
 
 }  // namespace

@@ -234,6 +234,31 @@ TEST(ConjugateGradient, ABlockDiagonalPreconditionerInTheLoopOfTheResidualGivesT
   EXPECT_EQ(asked, 2);  // of b and the first residual
 }
 
+TEST(ConjugateGradient, AProductThatFindsItsDotOnTheWaySolvesAsWell) {
+  const auto A = spring_strip(1500);
+  const Eigen::VectorXd b = Eigen::VectorXd::NullaryExpr(3 * A.rows(), [](Eigen::Index i) { return std::sin(0.3 + i); });
+  Eigen::VectorXd apart = Eigen::VectorXd::Zero(b.size()), together = apart;
+  const SolveReport report = solve(A, b, apart, {1e-8, 2000}, kOne);
+  ASSERT_TRUE(report.converged);
+  BlockJacobi jacobi;
+  jacobi.assign(A.diagonal());
+  jacobi.invert(kOne);
+  int products = 0;
+  const auto apply = [&](const Eigen::VectorXd& in, Eigen::VectorXd& out) { A.multiply(in, out, kOne); };
+  const auto apply_and_dot = [&](const Eigen::VectorXd& in, Eigen::VectorXd& out) {
+    ++products;
+    A.multiply(in, out, kOne);
+    return in.dot(out);
+  };
+  CgWorkspace workspace;
+  const SolveReport again = conjugate_gradient(apply, [&](const auto& in, auto& out) { jacobi.apply(in, out, kOne); }, b, together,
+                                               {1e-8, 2000}, workspace, kOne, {}, {}, apply_and_dot);
+  EXPECT_TRUE(again.converged);
+  EXPECT_EQ(products, again.iterations);
+  EXPECT_NEAR(again.iterations, report.iterations, 3);
+  EXPECT_LT((together - apart).norm(), 1e-6 * apart.norm());
+}
+
 TEST(ConjugateGradient, HasTheSameBitsForOneAndTwoThreads) {
   const auto A = spring_strip(3000);
   const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(3 * A.rows(), -1, 2);

@@ -154,9 +154,10 @@ TEST(WorldIntegrator, LooseSolvesTakeABeamWhereADirectOneDoes) {
 
 // Which matrix a body has is seen in its bits, and in nothing else.
 TEST(WorldIntegrator, BodiesThatAreNotStiffHaveAMatrixInFloatUnlessMoreIsAsked) {
-  const auto beam_after = [](double young, std::optional<bool> float_solver, double tolerance = 1e-3) {
+  const auto beam_after = [](double young, std::optional<bool> float_solver, double tolerance = 1e-3,
+                             std::array<int, 3> cells = {20, 4, 4}) {
     SceneDescription scene;
-    scene.bodies = {held_beam({20, 4, 4}, young)};
+    scene.bodies = {held_beam(cells, young)};
     std::get<FemModel>(scene.bodies[0].model).material.cg_tolerance = tolerance;
     scene.float_solver = float_solver;
     auto world = make_world(scene);
@@ -169,6 +170,8 @@ TEST(WorldIntegrator, BodiesThatAreNotStiffHaveAMatrixInFloatUnlessMoreIsAsked) 
   EXPECT_NE(chosen, of_double);
   EXPECT_LT((tip - exact_tip).norm(), 1e-6 * (Vec3(2, 0.4, 0.4) - exact_tip).norm());
   EXPECT_EQ(beam_after(1e10, std::nullopt).first, beam_after(1e10, false).first);
+  EXPECT_EQ(beam_after(1e6, std::nullopt, 1e-3, {6, 2, 2}).first, beam_after(1e6, true, 1e-3, {6, 2, 2}).first);
+  EXPECT_NE(beam_after(1e6, std::nullopt, 1e-3, {6, 2, 2}).first, beam_after(1e6, false, 1e-3, {6, 2, 2}).first);
   EXPECT_EQ(beam_after(1e6, std::nullopt, 1e-6).first, beam_after(1e6, false, 1e-6).first);
 }
 
