@@ -141,6 +141,7 @@ TEST(Pieces, ChooseTheirPrecisionThemselves) {
   model.mesh = std::make_shared<TetMesh>(blocks);
   model.material.breakable = true;
   model.material.toughness = 1e3;
+  model.material.cg_tolerance = 1e-3;  // finer ones keep to double
   auto body = SoftBody::make(0, description, model, {.dt = kDt}, "bodies[0].fem");
   ASSERT_TRUE(body) << body.error().text();
   const ThreadPool pool(1);

@@ -31,6 +31,7 @@ double bytes_per_tet(const std::array<int, 3>& cells, double young, Integrator i
       scene.bodies.push_back(soft_block("beam", cells, 0.1, at(0, 0, 0), Vec3::Zero(), young));
       FemModel& model = std::get<FemModel>(scene.bodies.back().model);
       model.material.damping_stiffness = 0.004;
+      model.material.cg_tolerance = 1e-3;
       model.motions.push_back(end_of(model));
     }
     const auto world = make_world(scene);
