@@ -9,7 +9,8 @@ namespace crumple::sim::linear_solver {
 
 namespace {
 
-// Every loop over vectors has the same chunks, which threads share out as they do a product's rows: a thread finds in its cache what it wrote in the loop before.
+// Every loop over vectors has the same chunks, which threads share out as they do a product's rows: a thread finds in its cache what it
+// wrote in the loop before.
 constexpr int kBlockChunk = 256;          // blocks of three
 constexpr int kChunk = 3 * kBlockChunk;  // entries
 
