@@ -39,7 +39,6 @@ struct Unit {
   void clear();  // as new, but for the memory of its boxes
 };
 
-// What overlaps, by what is known of its direction.
 struct TetOfUnit {
   const Unit& unit;
   const CollisionTet& tet;

@@ -26,7 +26,7 @@ void FoundRows::push(const ContactRow& row, const Tets& tets, bool from_surface)
 
 void FoundRows::leave_out_slivers() {
   surface.leave_out_slivers();
-  buried.leave_out_slivers();
+  if (!certain) buried.leave_out_slivers();
 }
 
 void FoundRows::OneKind::leave_out_slivers() {

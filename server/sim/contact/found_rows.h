@@ -10,7 +10,7 @@ namespace crumple::sim::contact {
 
 bool share_a_node(const Tet& a, const Tet& b);
 
-// What the tets of two pieces give where they overlap, before it is rows of the pair.
+// What the tets of two pieces give where they overlap, by what is known of its direction, before it is rows of the pair.
 struct FoundRows {
   using Tets = std::array<const CollisionTet*, 2>;  // of a row's sides
   struct OneKind {

@@ -18,8 +18,7 @@ const FrictionMemory::Entry* FrictionMemory::find(const RowKey& key) const {
 }
 
 void FrictionMemory::make_index() {
-  index.clear(static_cast<int>(entries.size()));
-  for (std::size_t k = 0; k < entries.size(); ++k) index.add(entries[k].key, static_cast<int>(k));
+  index.assign(entries, [](const Entry& entry) { return entry.key; });
 }
 
 void start_row(const FrictionMemory& memory, const Vec3& u, bool may_pull, ContactRow& row) {

@@ -54,8 +54,7 @@ void remember_pushing(std::span<const ContactRow> rows, int soft_bodies, double 
 void append_lasting(const LastingRows& memory, std::span<const CollisionBody> bodies, double dt, RowIndex& found,
                     std::vector<ContactRow>& rows) {
   if (memory.rows.empty()) return;
-  found.clear(static_cast<int>(rows.size()));
-  for (std::size_t k = 0; k < rows.size(); ++k) found.add(rows[k].key(), static_cast<int>(k));
+  found.assign(rows, [](const ContactRow& row) { return row.key(); });
   int pair = rows.empty() ? -1 : rows.back().pair;
   const ContactRow* before = nullptr;
   for (const ContactRow& last : memory.rows) {

@@ -58,15 +58,15 @@ linear_solver::SolveReport solve_directly(const IslandSystem& system, const Cont
 // One solve with the rows as they stand. has_residual: as SolveOptions has it.
 linear_solver::SolveReport solve_pass(const IslandSystem& system, const ContactRows& rows, const VectorXd& b_without_rows,
                                       const IslandOptions& options, IslandPreconditioner& preconditioner,
-                                      bool has_residual, linear_solver::CgWorkspace& workspace, std::vector<double>& partial_sums,
-                                      VectorXd& b, VectorXd& x, const ThreadPool& pool) {
+                                      bool has_residual, linear_solver::CgWorkspace& workspace, VectorXd& b, VectorXd& x,
+                                      const ThreadPool& pool) {
   b = b_without_rows;
   rows.add_to_rhs(b, pool);
   const auto apply = [&](const VectorXd& in, VectorXd& out) { system.multiply(rows, in, out, pool); };
   if (options.solver == SolverKind::direct) return solve_directly(system, rows, b, std::cref(apply), x);
   preconditioner.refresh(rows);
   const auto precondition = [&](const VectorXd& in, VectorXd& out) { preconditioner.apply(in, out); };
-  const auto apply_and_dot = [&](const VectorXd& in, VectorXd& out) { return system.multiply_and_dot(rows, in, out, partial_sums, pool); };
+  const auto apply_and_dot = [&](const VectorXd& in, VectorXd& out) { return system.multiply_and_dot(rows, in, out, pool); };
   linear_solver::SolveOptions solve = options.solve;
   solve.near_inverse = preconditioner.near_inverse();
   solve.has_residual = has_residual;
@@ -161,7 +161,6 @@ struct SolveMemory {
   IslandPreconditioner preconditioner;
   ProjectedStart projected;
   linear_solver::CgWorkspace workspace;
-  std::vector<double> partial_sums;
   VectorXd b, b_with_rows, start;
   std::vector<Vec3> u_start, u, missing;
 };
@@ -214,7 +213,7 @@ void solve_in(SolveMemory& m, CompositeIsland& island, std::span<const IslandBod
     if (by_weight) contact::set_weight_friction(mass, m.u_start, island.rows);
     rows.refresh(pool);
     const linear_solver::SolveReport report =
-        solve_pass(system, rows, m.b, options, m.preconditioner, projected, m.workspace, m.partial_sums, m.b_with_rows, x, pool);
+        solve_pass(system, rows, m.b, options, m.preconditioner, projected, m.workspace, m.b_with_rows, x, pool);
     solution.report = {solution.report.iterations + report.iterations, report.residual, report.converged};
     if (solution.passes == options.passes) break;
     for_rows([&](int k) { m.u[k] = rows.relative_velocity(k, x); });

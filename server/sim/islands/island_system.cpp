@@ -101,17 +101,16 @@ void IslandSystem::multiply(const contact::ContactRows& rows, const VectorXd& x,
   pool.for_chunks(blocks_, kRowsPerChunk, std::cref(blocks));
 }
 
-double IslandSystem::multiply_and_dot(const contact::ContactRows& rows, const VectorXd& x, VectorXd& y, std::vector<double>& partial_sums,
-                                      const ThreadPool& pool) const {
+double IslandSystem::multiply_and_dot(const contact::ContactRows& rows, const VectorXd& x, VectorXd& y, const ThreadPool& pool) const {
   if (rows.size() > 0) rows.find_forces(x, pool);
-  partial_sums.resize((blocks_ + kRowsPerChunk - 1) / kRowsPerChunk);
+  partial_sums_.resize((blocks_ + kRowsPerChunk - 1) / kRowsPerChunk);
   const auto blocks = [&](int begin, int end) {
     multiply_blocks(begin, end, x, y);
     if (rows.size() > 0) rows.add_forces(begin, end, y);
-    partial_sums[begin / kRowsPerChunk] = x.segment(3 * begin, 3 * (end - begin)).dot(y.segment(3 * begin, 3 * (end - begin)));
+    partial_sums_[begin / kRowsPerChunk] = x.segment(3 * begin, 3 * (end - begin)).dot(y.segment(3 * begin, 3 * (end - begin)));
   };
   pool.for_chunks(blocks_, kRowsPerChunk, std::cref(blocks));
-  return std::accumulate(partial_sums.begin(), partial_sums.end(), 0.0);
+  return std::accumulate(partial_sums_.begin(), partial_sums_.end(), 0.0);
 }
 
 // Of all bodies: small ones would not fill the threads one after the other.

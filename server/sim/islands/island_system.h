@@ -28,9 +28,8 @@ class IslandSystem {
 
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;  // y = A x
   void multiply(const contact::ContactRows& rows, const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;  // with them
-  // The same, and x . y. partial_sums: scratch.
-  double multiply_and_dot(const contact::ContactRows& rows, const Eigen::VectorXd& x, Eigen::VectorXd& y,
-                          std::vector<double>& partial_sums, const ThreadPool& pool) const;
+  // The same, and x . y.
+  double multiply_and_dot(const contact::ContactRows& rows, const Eigen::VectorXd& x, Eigen::VectorXd& y, const ThreadPool& pool) const;
   // One a block; two a rigid body. They replace what is there.
   void diagonal(std::vector<Mat3>& diagonal) const;
   void rigid_diagonal(std::vector<Mat3>& diagonal) const;
@@ -69,6 +68,7 @@ class IslandSystem {
   std::span<const IslandBody> bodies_;
   std::vector<int> first_block_;
   int blocks_ = 0, soft_blocks_ = 0;  // those of soft bodies come first
+  mutable std::vector<double> partial_sums_;  // scratch of multiply_and_dot(), one a chunk
 };
 
 // Whether a body's factor is worth making with the world, for the steps in which nothing touches it: `automatic` takes it then.

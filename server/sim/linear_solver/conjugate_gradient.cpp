@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 
 namespace crumple::sim::linear_solver {
 
@@ -11,14 +12,9 @@ namespace {
 
 // Every loop over vectors has the same chunks, which threads share out as they do a product's rows: a thread finds in its cache what it
 // wrote in the loop before.
-constexpr int kBlockChunk = 256;          // blocks of three
-constexpr int kChunk = 3 * kBlockChunk;  // entries
+constexpr int kChunk = 3 * 256;  // entries; blocks of three stay whole
 
-double sum(const std::vector<double>& partial) {
-  double sum = 0;
-  for (const double s : partial) sum += s;
-  return sum;
-}
+double sum(const std::vector<double>& partial) { return std::accumulate(partial.begin(), partial.end(), 0.0); }
 
 double dot(const Eigen::VectorXd& a, const Eigen::VectorXd& b, std::vector<double>& partial, const ThreadPool& pool) {
   const auto body = [&](int begin, int end) {

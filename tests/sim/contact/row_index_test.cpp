@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <map>
 #include <random>
+#include <vector>
 
 namespace crumple::sim::contact {
 namespace {
@@ -11,7 +13,7 @@ namespace {
 TEST(RowIndex, HasNothingBeforeAnythingIsAdded) {
   RowIndex index;
   EXPECT_EQ(index.find({0, 0, 0, 0}), -1);
-  index.clear(0);
+  index.assign(std::vector<RowKey>{}, std::identity{});
   EXPECT_EQ(index.find({0, 0, 0, 0}), -1);
 }
 
@@ -21,12 +23,13 @@ TEST(RowIndex, FindsWhatAMapFindsAndOfEqualKeysTheFirst) {
   RowIndex index;
   for (const int count : {1, 50, 900, 50}) {  // fewer after more: what was there is gone
     std::map<RowKey, int> known;
-    index.clear(count);
+    std::vector<RowKey> keys;
     for (int k = 0; k < count; ++k) {
       const RowKey key{id(random), id(random), id(random), id(random)};
       known.try_emplace(key, k);
-      index.add(key, k);
+      keys.push_back(key);
     }
+    index.assign(keys, std::identity{});
     for (int k = 0; k < 2000; ++k) {
       const RowKey key{id(random), id(random), id(random), id(random)};
       const auto found = known.find(key);
